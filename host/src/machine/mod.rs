@@ -1,0 +1,82 @@
+//! Machines: the equations of motion of a mechanism, written once over the scalar.
+//!
+//! A machine has generalised coordinates `q`, rates `v` and accelerations `a` (each of length
+//! [`Machine::COORDINATES`]) and [`Machine::AXES`] driven joints. Motor torques τ (at the reducer output) do work on
+//! the joint angles θ(q), so its motion obeys
+//!
+//! ```text
+//! M(q) a + c(q, v) + ∂V/∂q = J(q)ᵀ τ,    J = ∂θ/∂q
+//! ```
+//!
+//! [`Machine::dynamics`] returns the left-hand side and J. Planner, simulator and report use nothing else.
+
+mod describe;
+mod rigid_body;
+pub mod three_rrr;
+pub mod two_mass_axis;
+
+pub use describe::{Assumption, Coordinate, MachineError, Output, OutputForm, OutputKind};
+pub use rigid_body::{ForwardDynamics, Plant};
+pub use three_rrr::ThreeRrr;
+pub use two_mass_axis::TwoMassAxis;
+
+use crate::autodiff::Scalar;
+
+/// A mechanism with driven joints, elastic or not.
+pub trait Machine: Clone + Send + Sync + 'static {
+    /// Number of generalised coordinates.
+    const COORDINATES: usize;
+    /// Number of driven joints.
+    const AXES: usize;
+
+    /// Left-hand side of the equations of motion and the joint Jacobian.
+    ///
+    /// `force` (length `COORDINATES`) receives M(q)a + c(q,v) + ∂V/∂q, `joint_jacobian`
+    /// (`AXES` × `COORDINATES`, row-major) receives ∂θ/∂q. Affine in `a`, quadratic in `v`.
+    fn dynamics<S: Scalar>(
+        &self,
+        q: &[S],
+        v: &[S],
+        a: &[S],
+        force: &mut [S],
+        joint_jacobian: &mut [S],
+    );
+
+    /// Joint angles θ(q) in rad, length `AXES`. Continuous except for jumps by 2π.
+    fn joint_angles<S: Scalar>(&self, q: &[S], angles_rad: &mut [S]);
+
+    /// Quantities that people watch and limit, in the order of [`Machine::outputs`].
+    fn output_values<S: Scalar>(&self, q: &[S], out: &mut [S]);
+
+    /// Names, units and meaning of [`Machine::output_values`].
+    fn outputs(&self) -> Vec<Output>;
+
+    /// Names, units and typical magnitudes of the coordinates.
+    fn coordinates(&self) -> Vec<Coordinate>;
+
+    /// Names of the pose's components, with units, as the move file writes them.
+    fn pose_names(&self) -> &'static [&'static str];
+
+    /// Coordinates of the undeformed machine at a pose (length [`Machine::pose_names`]). Linear in the pose.
+    fn rest(&self, pose: &[f64]) -> Vec<f64>;
+
+    /// Whether the machine can stand at a pose; names the chain and the distance missing if not.
+    ///
+    /// # Errors
+    /// [`MachineError::Unreachable`].
+    fn check_pose(&self, pose: &[f64]) -> Result<(), MachineError>;
+
+    /// Reducer ratio (motor speed over joint speed), for figures in motor units.
+    fn reducer_ratio(&self) -> f64;
+
+    /// Viscous damping of the elastic coordinates as ratio of critical, added by the simulator only.
+    #[must_use]
+    fn with_elastic_damping(&self, ratio: f64) -> Self;
+
+    /// The same machine carrying a payload heavier or lighter by a factor.
+    #[must_use]
+    fn with_payload_factor(&self, factor: f64) -> Self;
+
+    /// Parameters that are assumed or calibrated, not measured; the report marks them.
+    fn assumptions(&self) -> Vec<Assumption>;
+}

@@ -1,0 +1,127 @@
+//! Forward dynamics of any [`Machine`] in plain numbers, for simulation and checks.
+
+use super::{Coordinate, Machine, Output};
+use crate::autodiff::{Dual, Scalar};
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// Mass matrix and accelerations at one point.
+#[derive(Clone, Debug)]
+pub struct ForwardDynamics {
+    /// M(q), `COORDINATES` square.
+    pub mass_matrix: DMatrix<f64>,
+    /// Accelerations q̈.
+    pub accelerations: DVector<f64>,
+    /// J = ∂θ/∂q, `AXES` × `COORDINATES`.
+    pub joint_jacobian: DMatrix<f64>,
+}
+
+/// A machine in plain numbers, whatever its kind: what simulation and reports work with.
+pub trait Plant: Send + Sync {
+    /// Number of generalised coordinates.
+    fn coordinate_count(&self) -> usize;
+    /// Number of driven joints.
+    fn axis_count(&self) -> usize;
+    /// Descriptions of the coordinates.
+    fn coordinates(&self) -> Vec<Coordinate>;
+    /// Descriptions of the outputs.
+    fn outputs(&self) -> Vec<Output>;
+    /// Names of the components of a pose.
+    fn pose_names(&self) -> &'static [&'static str];
+    /// Undeformed coordinates at a pose.
+    fn rest(&self, pose: &[f64]) -> Vec<f64>;
+    /// Motor speed over joint speed.
+    fn reducer_ratio(&self) -> f64;
+    /// Mass matrix, accelerations and joint Jacobian; `None` where the mechanism cannot be assembled or is singular.
+    fn forward(&self, q: &[f64], v: &[f64], torque_nm: &[f64]) -> Option<ForwardDynamics>;
+    /// Joint angles θ(q), rad.
+    fn joint_angles(&self, q: &[f64]) -> Vec<f64>;
+    /// Joint rates θ̇ = J(q) v, rad/s.
+    fn joint_rates(&self, q: &[f64], v: &[f64]) -> Vec<f64>;
+    /// Output values.
+    fn output_values(&self, q: &[f64]) -> Vec<f64>;
+}
+
+impl<M: Machine> Plant for M {
+    fn coordinate_count(&self) -> usize {
+        M::COORDINATES
+    }
+    fn axis_count(&self) -> usize {
+        M::AXES
+    }
+    fn coordinates(&self) -> Vec<Coordinate> {
+        Machine::coordinates(self)
+    }
+    fn outputs(&self) -> Vec<Output> {
+        Machine::outputs(self)
+    }
+    fn pose_names(&self) -> &'static [&'static str] {
+        Machine::pose_names(self)
+    }
+    fn rest(&self, pose: &[f64]) -> Vec<f64> {
+        Machine::rest(self, pose)
+    }
+    fn reducer_ratio(&self) -> f64 {
+        Machine::reducer_ratio(self)
+    }
+
+    fn forward(&self, q: &[f64], v: &[f64], torque_nm: &[f64]) -> Option<ForwardDynamics> {
+        // One pass with a direction per column gives M exactly: the equations are affine in the accelerations.
+        let n = M::COORDINATES;
+        let mut mass_matrix = DMatrix::zeros(n, n);
+        let mut bias = DVector::zeros(n);
+        let mut joint_jacobian = DMatrix::zeros(M::AXES, n);
+        let constant = |values: &[f64]| -> Vec<Dual<1>> {
+            values.iter().map(|&x| Dual::constant(x)).collect()
+        };
+        let (q, v) = (constant(q), constant(v));
+        let mut force = vec![Dual::constant(0.0); n];
+        let mut jacobian = vec![Dual::constant(0.0); M::AXES * n];
+        for column in 0..n {
+            let mut a = vec![Dual::constant(0.0); n];
+            a[column] = Dual::seed(0.0, 0);
+            self.dynamics(&q, &v, &a, &mut force, &mut jacobian);
+            for row in 0..n {
+                mass_matrix[(row, column)] = force[row].gradient[0];
+                bias[row] = force[row].value;
+            }
+        }
+        for axis in 0..M::AXES {
+            for column in 0..n {
+                joint_jacobian[(axis, column)] = jacobian[axis * n + column].value;
+            }
+        }
+        let right = joint_jacobian.transpose() * DVector::from_column_slice(torque_nm) - bias;
+        let accelerations = Cholesky::new(mass_matrix.clone())?.solve(&right);
+        accelerations
+            .iter()
+            .all(|a| a.is_finite())
+            .then_some(ForwardDynamics {
+                mass_matrix,
+                accelerations,
+                joint_jacobian,
+            })
+    }
+
+    fn joint_angles(&self, q: &[f64]) -> Vec<f64> {
+        let mut angles = vec![0.0; M::AXES];
+        Machine::joint_angles(self, q, &mut angles);
+        angles
+    }
+
+    fn joint_rates(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
+        let n = M::COORDINATES;
+        let mut force = vec![0.0; n];
+        let mut jacobian = vec![0.0; M::AXES * n];
+        self.dynamics(q, v, &vec![0.0; n], &mut force, &mut jacobian);
+        jacobian
+            .chunks_exact(n)
+            .map(|row| row.iter().zip(v).map(|(j, v)| j * v).sum())
+            .collect()
+    }
+
+    fn output_values(&self, q: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; Machine::outputs(self).len()];
+        Machine::output_values(self, q, &mut out);
+        out
+    }
+}

@@ -1,0 +1,2 @@
+//! Stillpoint.
+fn main() {}
