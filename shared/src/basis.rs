@@ -1,0 +1,100 @@
+//! Lagrange basis of one interval in f32, evaluated in product form.
+//!
+//! L_j(x) = w_j · Π_{i<j}(x − x_i) · Π_{i>j}(x − x_i), from running prefix and suffix products: no division and no special
+//! case when x hits a node, as it does at the start of every interval. Plain multiply and add in a fixed order (never a
+//! fused multiply-add), so x86-64 and Cortex-M4F give the same bits.
+//!
+//! The nodes are rounded to f32 first and the weights computed from the *rounded* nodes, in f64: the basis then is the exact
+//! Lagrange basis of nodes 3e-8 away, instead of no basis at all.
+
+use crate::lgr::{self, LgrError};
+
+/// Most LGR points in one interval.
+pub const MAX_POINTS: usize = 32;
+
+/// Most support points in one interval: the LGR points and the end.
+pub const MAX_SUPPORT: usize = MAX_POINTS + 1;
+
+/// Support points and barycentric weights of one interval with N LGR points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Basis {
+    nodes: [f32; MAX_SUPPORT],
+    weights: [f32; MAX_SUPPORT],
+    points: usize,
+}
+
+impl Basis {
+    /// The basis on N = `points` LGR points and the end, 2 ≤ N ≤ [`MAX_POINTS`].
+    pub fn new(points: usize) -> Result<Self, LgrError> {
+        let mut exact = [0.0; MAX_SUPPORT];
+        let mut exact_weights = [0.0; MAX_SUPPORT];
+        let (Some(exact), Some(exact_weights)) =
+            (exact.get_mut(..=points), exact_weights.get_mut(..=points))
+        else {
+            return Err(LgrError::TooManyPoints {
+                points,
+                most: MAX_POINTS,
+            });
+        };
+        let mut basis = Self {
+            nodes: [0.0; MAX_SUPPORT],
+            weights: [0.0; MAX_SUPPORT],
+            points,
+        };
+
+        lgr::support_nodes(exact)?;
+        for (rounded, node) in basis.nodes.iter_mut().zip(exact.iter_mut()) {
+            *rounded = *node as f32;
+            *node = f64::from(*rounded);
+        }
+        lgr::barycentric_weights(exact, exact_weights)?;
+        for (rounded, &weight) in basis.weights.iter_mut().zip(exact_weights.iter()) {
+            *rounded = weight as f32;
+        }
+        Ok(basis)
+    }
+
+    /// Number N of LGR points.
+    pub fn points(&self) -> usize {
+        self.points
+    }
+
+    /// Number N + 1 of support points, which is the number of rows [`Basis::evaluate`] takes.
+    pub fn support(&self) -> usize {
+        self.points + 1
+    }
+
+    /// The support points on [−1, 1], ascending, as evaluation uses them.
+    pub fn nodes(&self) -> &[f32] {
+        self.nodes.get(..=self.points).unwrap_or_default()
+    }
+
+    /// Σ_j L_j(x) row_j for N + 1 `rows` of Q quantities × A axes each, node after node.
+    ///
+    /// `x` is the local coordinate on [−1, 1]. Rows that are missing count as zero, rows beyond N + 1 are not read.
+    #[inline]
+    pub fn evaluate<const Q: usize, const A: usize>(
+        &self,
+        x: f32,
+        rows: &[[[f32; A]; Q]],
+    ) -> [[f32; A]; Q] {
+        let mut after = [0.0; MAX_SUPPORT];
+        let mut product = 1.0;
+        for (after, node) in after.iter_mut().zip(self.nodes()).rev() {
+            *after = product;
+            product *= x - node;
+        }
+        let mut sum = [[0.0; A]; Q];
+        let mut before = 1.0;
+        for (((node, weight), after), row) in
+            self.nodes().iter().zip(&self.weights).zip(&after).zip(rows)
+        {
+            let cardinal = before * after * weight;
+            for (sum, value) in sum.as_flattened_mut().iter_mut().zip(row.as_flattened()) {
+                *sum += cardinal * value;
+            }
+            before *= x - node;
+        }
+        sum
+    }
+}

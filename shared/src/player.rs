@@ -1,0 +1,142 @@
+//! Evaluation of a trajectory at any time: the same bits on host and board.
+
+use heapless::Vec;
+
+use crate::Trajectory;
+use crate::basis::Basis;
+use crate::time::LocalTime;
+use crate::trajectory::{MAX_BASES, MAX_INTERVALS, QUANTITIES, TrajectoryError};
+
+/// What every axis should do at one time, at the joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Sample<const AXES: usize> {
+    /// Positions in rad.
+    pub position_rad: [f32; AXES],
+    /// Velocities in rad/s.
+    pub velocity_rad_per_s: [f32; AXES],
+    /// Torques in N·m.
+    pub torque_nm: [f32; AXES],
+}
+
+impl<const AXES: usize> Sample<AXES> {
+    fn from_row([position_rad, velocity_rad_per_s, torque_nm]: [[f32; AXES]; QUANTITIES]) -> Self {
+        Self {
+            position_rad,
+            velocity_rad_per_s,
+            torque_nm,
+        }
+    }
+}
+
+/// An interval, ready to evaluate.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    start_ticks: u32,
+    local: LocalTime,
+    basis: u8,
+    first_row: u16,
+}
+
+/// A trajectory of AXES axes with its bases prepared, so that nothing is divided while it plays.
+#[derive(Debug, Clone)]
+pub struct Player<const AXES: usize> {
+    trajectory: Trajectory,
+    spans: Vec<Span, MAX_INTERVALS>,
+    bases: Vec<Basis, MAX_BASES>,
+}
+
+impl<const AXES: usize> Player<AXES> {
+    /// A player with nothing to play.
+    pub const fn empty() -> Self {
+        Self {
+            trajectory: Trajectory::empty(),
+            spans: Vec::new(),
+            bases: Vec::new(),
+        }
+    }
+
+    /// A player of a copy of `trajectory`.
+    pub fn new(trajectory: &Trajectory) -> Result<Self, TrajectoryError> {
+        let mut player = Self::empty();
+        player.load(trajectory)?;
+        Ok(player)
+    }
+
+    /// Copies `trajectory` in and prepares its bases. If it has another number of axes, nothing is changed.
+    pub fn load(&mut self, trajectory: &Trajectory) -> Result<(), TrajectoryError> {
+        if trajectory.axes() != AXES {
+            return Err(TrajectoryError::OtherAxes {
+                found: trajectory.axes(),
+                expected: AXES,
+            });
+        }
+        self.trajectory.copy_from(trajectory);
+        self.spans.clear();
+        self.bases.clear();
+        let mut first_row = 0;
+        for (index, interval) in trajectory.intervals().enumerate() {
+            let span = Span {
+                start_ticks: interval.start_ticks,
+                local: LocalTime::new(interval.duration_ticks),
+                basis: self.prepare(index, interval.points)?,
+                first_row,
+            };
+            first_row += interval.points as u16 + 1;
+            self.spans
+                .push(span)
+                .map_err(|_| TrajectoryError::TooManyIntervals {
+                    intervals: index + 1,
+                })?;
+        }
+        Ok(())
+    }
+
+    /// Index of the basis on N = `points` points, prepared if it is the first of its kind.
+    fn prepare(&mut self, interval: usize, points: usize) -> Result<u8, TrajectoryError> {
+        let index = match self.bases.iter().position(|basis| basis.points() == points) {
+            Some(index) => index,
+            None => {
+                let basis =
+                    Basis::new(points).map_err(|_| TrajectoryError::Points { interval, points })?;
+                self.bases
+                    .push(basis)
+                    .map_err(|_| TrajectoryError::TooManyBases { interval })?;
+                self.bases.len() - 1
+            }
+        };
+        Ok(index as u8)
+    }
+
+    /// The trajectory being played.
+    pub fn trajectory(&self) -> &Trajectory {
+        &self.trajectory
+    }
+
+    /// The values at `ticks` after the start; the last node's, exactly, from the end on. `None` if nothing is loaded.
+    ///
+    /// An interval owns its start, where the local coordinate is exactly −1. Cost: a binary search over the intervals, then
+    /// about (4 + 6 AXES) (N + 1) multiplications and additions.
+    #[inline]
+    pub fn sample(&self, ticks: u32) -> Option<Sample<AXES>> {
+        let rows = self.rows();
+        if ticks >= self.trajectory.duration_ticks() {
+            return rows.last().map(|&row| Sample::from_row(row));
+        }
+        let following = self.spans.partition_point(|span| span.start_ticks <= ticks);
+        let span = self.spans.get(following.checked_sub(1)?)?;
+        let x = span.local.coordinate(ticks - span.start_ticks);
+        let basis = self.bases.get(usize::from(span.basis))?;
+        let rows = rows.get(usize::from(span.first_row)..)?;
+        Some(Sample::from_row(basis.evaluate(x, rows)))
+    }
+
+    /// The first node's values, which is where the machine must stand. `None` if nothing is loaded.
+    pub fn first(&self) -> Option<Sample<AXES>> {
+        self.rows().first().map(|&row| Sample::from_row(row))
+    }
+
+    fn rows(&self) -> &[[[f32; AXES]; QUANTITIES]] {
+        self.trajectory.coefficients().as_chunks().0.as_chunks().0
+    }
+}

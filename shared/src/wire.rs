@@ -1,0 +1,138 @@
+//! The trajectory's postcard bytes, written piece by piece from flat storage and read back strictly.
+
+use serde::{Deserialize, Serialize, Serializer};
+
+use crate::MAX_AXES;
+use crate::trajectory::{
+    FORMAT_VERSION, Header, MAGIC, MAX_INTERVALS, Trajectory, TrajectoryError,
+};
+
+/// What postcard sees of a trajectory.
+pub(crate) struct Whole<'a>(pub(crate) &'a Trajectory);
+
+#[derive(Serialize)]
+struct WireInterval<'a> {
+    duration_ticks: u32,
+    points: u8,
+    coefficients: &'a [f32],
+}
+
+struct Intervals<'a>(&'a Trajectory);
+
+impl Serialize for Whole<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self(trajectory) = self;
+        (trajectory.header(), Intervals(trajectory)).serialize(serializer)
+    }
+}
+
+impl Serialize for Intervals<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.intervals().map(|interval| WireInterval {
+            duration_ticks: interval.duration_ticks,
+            points: interval.points as u8,
+            coefficients: interval.coefficients,
+        }))
+    }
+}
+
+/// Bytes not read yet.
+struct Reader<'a> {
+    rest: &'a [u8],
+    total: usize,
+}
+
+impl<'a> Reader<'a> {
+    fn take<T: Deserialize<'a>>(&mut self) -> Result<T, TrajectoryError> {
+        match postcard::take_from_bytes(self.rest) {
+            Ok((value, rest)) => {
+                self.rest = rest;
+                Ok(value)
+            }
+            Err(postcard::Error::DeserializeUnexpectedEnd) => {
+                Err(TrajectoryError::Truncated { bytes: self.total })
+            }
+            Err(_) => Err(TrajectoryError::Malformed {
+                offset: self.total - self.rest.len(),
+            }),
+        }
+    }
+
+    fn take_floats(
+        &mut self,
+        count: usize,
+    ) -> Result<impl ExactSizeIterator<Item = f32> + use<'a>, TrajectoryError> {
+        let truncated = TrajectoryError::Truncated { bytes: self.total };
+        let bytes = count.checked_mul(4).ok_or(truncated)?;
+        let (floats, rest) = self.rest.split_at_checked(bytes).ok_or(truncated)?;
+        self.rest = rest;
+        Ok(floats
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&four| f32::from_le_bytes(four)))
+    }
+}
+
+/// Reads `bytes` into `trajectory`, whose content is undefined but consistent after an error.
+pub(crate) fn decode(bytes: &[u8], trajectory: &mut Trajectory) -> Result<(), TrajectoryError> {
+    // Magic and version come first and are single bytes, so that a reader of any version finds them.
+    let Some((&found, versioned)) = bytes.split_first_chunk() else {
+        return Err(TrajectoryError::Truncated { bytes: bytes.len() });
+    };
+    if found != MAGIC {
+        return Err(TrajectoryError::Magic { found });
+    }
+    match versioned.first() {
+        Some(&FORMAT_VERSION) => {}
+        Some(&found) => return Err(TrajectoryError::Version { found }),
+        None => return Err(TrajectoryError::Truncated { bytes: bytes.len() }),
+    }
+
+    let mut reader = Reader {
+        rest: bytes,
+        total: bytes.len(),
+    };
+    let header: Header = reader.take()?;
+    let axes = usize::from(header.axes);
+    if !(1..=MAX_AXES).contains(&axes) {
+        return Err(TrajectoryError::Axes { axes });
+    }
+    trajectory.reset(header.id, header.axes, header.limits_hash);
+
+    let intervals = reader.take::<u32>()? as usize;
+    if intervals == 0 {
+        return Err(TrajectoryError::NoIntervals);
+    }
+    if intervals > MAX_INTERVALS {
+        return Err(TrajectoryError::TooManyIntervals { intervals });
+    }
+    for _ in 0..intervals {
+        let duration_ticks = reader.take()?;
+        let points = usize::from(reader.take::<u8>()?);
+        let count = reader.take::<u32>()? as usize;
+        trajectory.expect_room(duration_ticks, points, count)?;
+        let values = reader.take_floats(count)?;
+        trajectory.push(duration_ticks, points, values)?;
+    }
+    if !reader.rest.is_empty() {
+        return Err(TrajectoryError::Trailing {
+            bytes: reader.rest.len(),
+        });
+    }
+    let sum_ticks = trajectory.duration_ticks();
+    if header.duration_ticks != sum_ticks {
+        return Err(TrajectoryError::Duration {
+            header_ticks: header.duration_ticks,
+            sum_ticks,
+        });
+    }
+    let computed = trajectory.seal();
+    if header.content_hash != computed {
+        return Err(TrajectoryError::ContentHash {
+            stored: header.content_hash,
+            computed,
+        });
+    }
+    Ok(())
+}
