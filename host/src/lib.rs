@@ -1,6 +1,9 @@
 //! Plans the fastest point-to-point move of a flexible machine that ends still, checks it, and writes it in the
 //! form that the motion-controller board plays.
-#![forbid(unsafe_code)]
+#![cfg_attr(not(feature = "ipopt"), forbid(unsafe_code))]
+#![cfg_attr(feature = "ipopt", deny(unsafe_code))]
 
 pub mod autodiff;
 pub mod machine;
+pub mod nlp;
+pub mod ocp;

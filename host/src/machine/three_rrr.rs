@@ -117,6 +117,16 @@ impl ThreeRrr {
         self.youngs_modulus_pa * second_moment * self.link_length_m / 3.0
     }
 
+    /// Strain at the gauge, (thickness/2)(1 − s/l) m.
+    fn strain_per_curvature(&self) -> f64 {
+        self.link_thickness_m / 2.0 * (1.0 - self.gauge_position)
+    }
+
+    /// Stress at the root, eq. 10: E (thickness/2) m.
+    fn stress_per_curvature(&self) -> f64 {
+        self.youngs_modulus_pa * self.link_thickness_m / 2.0
+    }
+
     fn base_joint(&self, chain: usize) -> [f64; 2] {
         let r = self.base_side_m;
         [[0.0, 0.0], [r, 0.0], [r / 2.0, r * 3.0_f64.sqrt() / 2.0]][chain]
@@ -213,11 +223,11 @@ impl Machine for ThreeRrr {
     }
 
     fn output_values<S: Scalar>(&self, q: &[S], out: &mut [S]) {
+        let (strain, stress) = (self.strain_per_curvature(), self.stress_per_curvature());
         out[..3].copy_from_slice(&self.elastic_displacement(q));
-        for (value, output) in out.iter_mut().zip(Machine::outputs(self)).skip(3) {
-            if let OutputForm::Proportional { coordinate, gain } = output.form {
-                *value = q[coordinate] * gain;
-            }
+        for i in 0..CHAINS {
+            out[3 + i] = q[3 + i] * strain;
+            out[6 + i] = q[3 + i] * stress;
         }
     }
 
@@ -229,11 +239,7 @@ impl Machine for ThreeRrr {
             kind: OutputKind::ElasticDisplacement,
             form: OutputForm::General,
         };
-        let half = self.link_thickness_m / 2.0;
-        let (strain, stress) = (
-            half * (1.0 - self.gauge_position),
-            self.youngs_modulus_pa * half,
-        );
+        let (strain, stress) = (self.strain_per_curvature(), self.stress_per_curvature());
         let link = |i: usize, key, label, kind, unit, gain| Output {
             key,
             label,

@@ -1,0 +1,20 @@
+//! Optimal control: the problem in continuous time, and its transcription by multi-interval LGR collocation.
+
+mod guess;
+pub mod lgr;
+mod mechanical;
+mod mesh;
+mod model;
+mod problem;
+mod scaling;
+mod solution;
+mod transcription;
+
+pub use guess::Guess;
+pub use mechanical::{Mechanical, PathRow};
+pub use mesh::{Interval, Mesh};
+pub use model::{Exact, Model};
+pub use problem::{Bounds, Differentiable, OptimalControlProblem, Quantity, Sizes, Structure};
+pub use scaling::Scaling;
+pub use solution::Solution;
+pub use transcription::{CollocationNlp, RowMeaning, Transcription};

@@ -1,0 +1,175 @@
+//! Optimal control problems in continuous time, of one phase:
+//!
+//! ```text
+//! minimise   Φ(x(0), x(T), T) + ∫ L(x, u) dt
+//! subject to ẋ = f(x, u),  bounds on x, u, on the path function p(x, u) and on the end function e(x(0), x(T), T),
+//!            x(0), x(T) and T each free, bounded or fixed.
+//! ```
+
+use std::fmt::Debug;
+
+/// Lower and upper bound; equal for a fixed quantity, infinite for a free one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Lower bound.
+    pub lower: f64,
+    /// Upper bound.
+    pub upper: f64,
+}
+
+impl Bounds {
+    /// No bounds.
+    pub const FREE: Self = Self {
+        lower: f64::NEG_INFINITY,
+        upper: f64::INFINITY,
+    };
+
+    /// `lower` to `upper`.
+    #[must_use]
+    pub const fn new(lower: f64, upper: f64) -> Self {
+        Self { lower, upper }
+    }
+
+    /// Exactly `value`.
+    #[must_use]
+    pub const fn fixed(value: f64) -> Self {
+        Self::new(value, value)
+    }
+
+    /// −`limit` to `limit`.
+    #[must_use]
+    pub const fn symmetric(limit: f64) -> Self {
+        Self::new(-limit, limit)
+    }
+
+    /// What both allow.
+    #[must_use]
+    pub const fn intersect(self, other: Self) -> Self {
+        Self::new(self.lower.max(other.lower), self.upper.min(other.upper))
+    }
+
+    /// How far outside a value is; 0 inside.
+    #[must_use]
+    pub fn violation(&self, value: f64) -> f64 {
+        (self.lower - value).max(value - self.upper).max(0.0)
+    }
+}
+
+/// Numbers of states, controls, path and end constraints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sizes {
+    /// Length of x.
+    pub states: usize,
+    /// Length of u.
+    pub controls: usize,
+    /// Length of p.
+    pub path: usize,
+    /// Length of e.
+    pub endpoint: usize,
+}
+
+impl Sizes {
+    /// Variables of the stage functions: x then u.
+    #[must_use]
+    pub const fn stage_variables(&self) -> usize {
+        self.states + self.controls
+    }
+    /// Values of the stage functions: f, p, L.
+    #[must_use]
+    pub const fn stage_values(&self) -> usize {
+        self.states + self.path + 1
+    }
+    /// Variables of the end functions: x(0), x(T), T.
+    #[must_use]
+    pub const fn endpoint_variables(&self) -> usize {
+        2 * self.states + 1
+    }
+    /// Values of the end functions: Φ, e.
+    #[must_use]
+    pub const fn endpoint_values(&self) -> usize {
+        1 + self.endpoint
+    }
+}
+
+/// Where derivatives can differ from zero: (row, column) pairs; Hessians by their lower triangle.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Structure {
+    /// Entries of the Jacobian.
+    pub jacobian: Vec<(usize, usize)>,
+    /// Entries of the Hessian of any combination of the rows.
+    pub hessian: Vec<(usize, usize)>,
+}
+
+/// A vector function with exact derivatives, in the order of a fixed [`Structure`].
+pub trait Differentiable: Send + Sync {
+    /// Where its derivatives can differ from zero.
+    fn structure(&self) -> &Structure;
+    /// Values at `z`.
+    fn values(&self, z: &[f64], out: &mut [f64]);
+    /// Values, and Jacobian entries in the order of `structure().jacobian`.
+    fn jacobian(&self, z: &[f64], out: &mut [f64], entries: &mut [f64]);
+    /// Entries, in the order of `structure().hessian`, of the Hessian of `weights · values`.
+    fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]);
+}
+
+/// What the planner calls a quantity and how large it typically is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// Name with unit.
+    pub name: String,
+    /// Typical magnitude, if known; otherwise scaling takes it from bounds and first guess.
+    pub magnitude: Option<f64>,
+    /// Bounds that hold all along.
+    pub bounds: Bounds,
+}
+
+impl Quantity {
+    /// A named quantity without known magnitude.
+    #[must_use]
+    pub fn new(name: impl Into<String>, bounds: Bounds) -> Self {
+        Self {
+            name: name.into(),
+            magnitude: None,
+            bounds,
+        }
+    }
+}
+
+/// An optimal control problem.
+pub struct OptimalControlProblem {
+    /// Numbers of everything.
+    pub sizes: Sizes,
+    /// (f, p, L) of (x, u).
+    pub stage: Box<dyn Differentiable>,
+    /// (Φ, e) of (x(0), x(T), T).
+    pub endpoint: Box<dyn Differentiable>,
+    /// States, with bounds.
+    pub states: Vec<Quantity>,
+    /// Controls, with bounds.
+    pub controls: Vec<Quantity>,
+    /// Path function, with bounds.
+    pub path: Vec<Quantity>,
+    /// End function, with bounds.
+    pub ends: Vec<Quantity>,
+    /// Bounds of x(0).
+    pub initial: Vec<Bounds>,
+    /// Bounds of x(T).
+    pub terminal: Vec<Bounds>,
+    /// Bounds of T, s.
+    pub duration_s: Bounds,
+}
+
+impl Debug for OptimalControlProblem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("OptimalControlProblem")
+            .field("sizes", &self.sizes)
+            .field("states", &self.states)
+            .field("controls", &self.controls)
+            .field("path", &self.path)
+            .field("ends", &self.ends)
+            .field("initial", &self.initial)
+            .field("terminal", &self.terminal)
+            .field("duration_s", &self.duration_s)
+            .finish_non_exhaustive()
+    }
+}

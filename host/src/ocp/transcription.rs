@@ -1,0 +1,287 @@
+//! Multi-interval LGR collocation: an [`OptimalControlProblem`] on a [`Mesh`] becomes a sparse nonlinear program.
+//!
+//! Unknowns, scaled to the order of one, in the order of time: x and u at each collocation point, x at the end, T.
+//! Rows: at each collocation point i of an interval that takes the share w of T, the defects
+//!
+//! ```text
+//! Σⱼ D_ij xⱼ − (w T / 2) f(x_i, u_i) = 0
+//! ```
+//!
+//! and the path function; at the end the path function where it does not need a control; then the end function.
+//! The running cost is integrated by the rule's quadrature.
+
+use super::guess::Guess;
+use super::lgr::Rule;
+use super::mesh::Mesh;
+use super::problem::{Bounds, OptimalControlProblem};
+use super::scaling::Scaling;
+use super::solution::Solution;
+use nalgebra::DMatrix;
+use std::sync::Arc;
+
+mod nlp;
+mod structure;
+pub use nlp::CollocationNlp;
+
+/// A problem on a mesh.
+#[derive(Debug)]
+pub struct Transcription {
+    pub(super) problem: Arc<OptimalControlProblem>,
+    pub(super) mesh: Mesh,
+    pub(super) rules: Vec<Rule>,
+    pub(super) scaling: Scaling,
+    pub(super) points: Vec<Point>,
+    /// Path rows that can be imposed at the end, where there is no control.
+    pub(super) end_path: Vec<usize>,
+}
+
+/// A collocation point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    /// Interval it belongs to.
+    pub(super) interval: usize,
+    /// First point of that interval.
+    pub(super) first: usize,
+    /// Index within the interval.
+    pub(super) index: usize,
+    /// w/2: ∂t/∂ξ over T.
+    pub(super) half_share: f64,
+}
+
+/// What a row of the nonlinear program is, for people.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RowMeaning {
+    /// Name of the state whose dynamics it is, or of the path or end quantity.
+    pub name: String,
+    /// Whether it is a defect of the dynamics.
+    pub defect: bool,
+    /// Moment as share of the duration.
+    pub share: f64,
+    /// Physical value per unit of the scaled row.
+    pub scale: f64,
+    /// Bounds in physical units.
+    pub bounds: Bounds,
+}
+
+impl Transcription {
+    /// Transcribes a problem on a mesh, scaled by a first guess.
+    ///
+    /// # Panics
+    /// Never for a [`Mesh`], whose intervals all have at least two points.
+    #[must_use]
+    pub fn new(problem: Arc<OptimalControlProblem>, mesh: Mesh, guess: &Guess) -> Self {
+        let scaling = Scaling::automatic(&problem, guess);
+        Self::with_scaling(problem, mesh, scaling)
+    }
+
+    /// Transcribes a problem on a mesh with a given scaling.
+    ///
+    /// # Panics
+    /// Never for a [`Mesh`], whose intervals all have at least two points.
+    #[must_use]
+    pub fn with_scaling(problem: Arc<OptimalControlProblem>, mesh: Mesh, scaling: Scaling) -> Self {
+        let rules: Vec<Rule> = mesh
+            .intervals()
+            .iter()
+            .map(|interval| Rule::new(interval.points).expect("a mesh has at least two points in an interval"))
+            .collect();
+        let mut points = Vec::with_capacity(mesh.points());
+        for (interval, spec) in mesh.intervals().iter().enumerate() {
+            let first = points.len();
+            points.extend((0..spec.points).map(|index| Point {
+                interval,
+                first,
+                index,
+                half_share: spec.fraction / 2.0,
+            }));
+        }
+        let sizes = problem.sizes;
+        let needs_control = |row: usize| {
+            let mut entries = problem.stage.structure().jacobian.iter();
+            entries.any(|&(r, c)| r == sizes.states + row && c >= sizes.states)
+        };
+        let end_path = (0..sizes.path).filter(|&row| !needs_control(row)).collect();
+        Self {
+            problem,
+            mesh,
+            rules,
+            scaling,
+            points,
+            end_path,
+        }
+    }
+
+    /// The scaling in use.
+    #[must_use]
+    pub fn scaling(&self) -> &Scaling {
+        &self.scaling
+    }
+
+    pub(super) fn stage_width(&self) -> usize {
+        self.problem.sizes.stage_variables()
+    }
+
+    /// First variable of a support point (the end is the one after the last collocation point).
+    pub(super) fn node(&self, point: usize) -> usize {
+        point * self.stage_width()
+    }
+
+    pub(super) fn duration_variable(&self) -> usize {
+        self.node(self.points.len()) + self.problem.sizes.states
+    }
+
+    /// Number of variables.
+    #[must_use]
+    pub fn variables(&self) -> usize {
+        self.duration_variable() + 1
+    }
+
+    pub(super) fn rows_per_point(&self) -> usize {
+        self.problem.sizes.states + self.problem.sizes.path
+    }
+
+    pub(super) fn end_rows(&self) -> usize {
+        self.points.len() * self.rows_per_point()
+    }
+
+    /// Number of constraints.
+    #[must_use]
+    pub fn constraints(&self) -> usize {
+        self.end_rows() + self.end_path.len() + self.problem.sizes.endpoint
+    }
+
+    /// Scale of a stage variable (x then u).
+    pub(super) fn stage_scale(&self, variable: usize) -> f64 {
+        let states = self.problem.sizes.states;
+        if variable < states {
+            self.scaling.states[variable]
+        } else {
+            self.scaling.controls[variable - states]
+        }
+    }
+
+    /// Physical stage variables at a support point from scaled unknowns; at the end the controls are zero.
+    pub(super) fn stage_variables(&self, x: &[f64], point: usize, z: &mut [f64]) {
+        let states = self.problem.sizes.states;
+        let base = self.node(point);
+        for (i, slot) in z.iter_mut().enumerate() {
+            *slot = if i < states {
+                x[base + i] * self.scaling.states[i] + self.scaling.shift[i]
+            } else if point < self.points.len() {
+                x[base + i] * self.scaling.controls[i - states]
+            } else {
+                0.0
+            };
+        }
+    }
+
+    /// (x(0), x(T), T) in physical units.
+    pub(super) fn endpoint_variables(&self, x: &[f64]) -> Vec<f64> {
+        let states = self.problem.sizes.states;
+        let mut z = vec![0.0; 2 * states + 1];
+        self.stage_variables(x, 0, &mut z[..states]);
+        self.stage_variables(x, self.points.len(), &mut z[states..2 * states]);
+        z[2 * states] = self.duration(x);
+        z
+    }
+
+    pub(super) fn duration(&self, x: &[f64]) -> f64 {
+        x[self.duration_variable()] * self.scaling.duration_s
+    }
+
+    /// Scaled unknowns of a guess.
+    #[must_use]
+    pub fn unknowns(&self, guess: &Guess) -> Vec<f64> {
+        let states = self.problem.sizes.states;
+        let mut x = vec![0.0; self.variables()];
+        let mut start = 0.0;
+        let mut shares = Vec::with_capacity(self.points.len() + 1);
+        for (spec, rule) in self.mesh.intervals().iter().zip(&self.rules) {
+            let points = rule.support[..spec.points].iter();
+            shares.extend(points.map(|p| start + spec.fraction * (p + 1.0) / 2.0));
+            start += spec.fraction;
+        }
+        shares.push(1.0);
+        for (point, share) in shares.into_iter().enumerate() {
+            let (state, control) = guess.at(share);
+            let base = self.node(point);
+            for (i, value) in state.iter().enumerate() {
+                x[base + i] = (value - self.scaling.shift[i]) / self.scaling.states[i];
+            }
+            if point < self.points.len() {
+                for (i, value) in control.iter().enumerate() {
+                    x[base + states + i] = value / self.scaling.controls[i];
+                }
+            }
+        }
+        x[self.duration_variable()] = guess.duration_s() / self.scaling.duration_s;
+        x
+    }
+
+    /// The piecewise polynomials of scaled unknowns.
+    #[must_use]
+    pub fn solution(&self, x: &[f64]) -> Solution {
+        let sizes = self.problem.sizes;
+        let mut states = DMatrix::zeros(sizes.states, self.points.len() + 1);
+        let mut controls = DMatrix::zeros(sizes.controls, self.points.len());
+        let mut z = vec![0.0; self.stage_width()];
+        for point in 0..=self.points.len() {
+            self.stage_variables(x, point, &mut z);
+            states.column_mut(point).copy_from_slice(&z[..sizes.states]);
+            if point < self.points.len() {
+                controls.column_mut(point).copy_from_slice(&z[sizes.states..]);
+            }
+        }
+        Solution {
+            duration_s: self.duration(x),
+            mesh: self.mesh.clone(),
+            rules: self.rules.clone(),
+            states,
+            controls,
+        }
+    }
+
+    /// Share of the duration at a support point.
+    pub(super) fn share(&self, point: usize) -> f64 {
+        let Some(at) = self.points.get(point) else {
+            return 1.0;
+        };
+        let before: f64 = self.mesh.intervals()[..at.interval].iter().map(|i| i.fraction).sum();
+        let local = self.rules[at.interval].support[at.index];
+        before + at.half_share * (local + 1.0)
+    }
+
+    /// What each row means.
+    #[must_use]
+    pub fn row_meanings(&self) -> Vec<RowMeaning> {
+        let problem = &self.problem;
+        let mut rows = Vec::with_capacity(self.constraints());
+        let path = |row: usize, share| RowMeaning {
+            name: problem.path[row].name.clone(),
+            defect: false,
+            share,
+            scale: self.scaling.path[row],
+            bounds: problem.path[row].bounds,
+        };
+        for point in 0..self.points.len() {
+            let share = self.share(point);
+            rows.extend(problem.states.iter().zip(&self.scaling.states).map(|(state, &scale)| RowMeaning {
+                name: state.name.clone(),
+                defect: true,
+                share,
+                scale,
+                bounds: Bounds::fixed(0.0),
+            }));
+            rows.extend((0..problem.sizes.path).map(|row| path(row, share)));
+        }
+        rows.extend(self.end_path.iter().map(|&row| path(row, 1.0)));
+        rows.extend(problem.ends.iter().zip(&self.scaling.ends).map(|(end, &scale)| RowMeaning {
+            name: end.name.clone(),
+            defect: false,
+            share: 1.0,
+            scale,
+            bounds: end.bounds,
+        }));
+        rows
+    }
+}
