@@ -5,5 +5,7 @@
 
 pub mod autodiff;
 pub mod machine;
+pub mod movefile;
 pub mod nlp;
 pub mod ocp;
+pub mod plan;

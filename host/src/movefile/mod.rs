@@ -1,0 +1,177 @@
+//! The move file: a machine, its limits, where it goes, and how to plan that, in TOML.
+//!
+//! | table | keys |
+//! |---|---|
+//! | `[machine]` | `kind` and the machine's parameters |
+//! | `[limits]` | torque, torque rate and speed of every axis; the machine's own limits, which may be left out |
+//! | `[move]` | `from` and `to`: poses, with the machine's names |
+//! | `[mesh]` | `intervals`, `points` |
+//! | `[solver]` | `tolerance`, `max_iterations`; may be left out |
+//! | `[drive]` | the simulated drives; may be left out |
+//!
+//! SI units, in the names of the keys. A [`MoveFile`] that exists is valid: every number is possible, the machine can
+//! stand at both ends. What is wrong with a text is said with file, line, column and the line itself.
+
+mod ends;
+mod error;
+mod fields;
+mod kind;
+mod limits;
+mod nearest;
+mod place;
+mod section;
+mod settings;
+
+pub use error::{MoveFileError, Problem};
+pub use kind::MachineKind;
+pub use limits::Limits;
+pub use place::Place;
+pub use settings::{DriveSettings, Mesh, Solver};
+
+use error::Fault;
+use section::Section;
+use std::io::Read;
+use std::path::Path;
+
+/// Files larger than this are not move files.
+const LARGEST_BYTES: u64 = 1 << 20;
+const TABLES: [&str; 6] = ["machine", "limits", "move", "mesh", "solver", "drive"];
+
+/// A move, ready to be planned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MoveFile {
+    /// Name of the move: the file's without its ending.
+    pub name: String,
+    /// The machine.
+    pub machine: MachineKind,
+    /// What it must not exceed.
+    pub limits: Limits,
+    /// Pose at the start, in the order of the machine's pose names.
+    pub from: Vec<f64>,
+    /// Pose at the end.
+    pub to: Vec<f64>,
+    /// Mesh to start with.
+    pub mesh: Mesh,
+    /// Solver settings.
+    pub solver: Solver,
+    /// Simulated drives.
+    pub drive: DriveSettings,
+    /// What the file says, as written, for whoever shows it.
+    pub entries: Vec<Entry>,
+}
+
+/// One key of a move file as written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// The table it stands in.
+    pub table: &'static str,
+    /// The key, with its unit.
+    pub key: String,
+    /// The value.
+    pub value: String,
+}
+
+impl MoveFile {
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// [`MoveFileError`] says what is wrong, and where.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, MoveFileError> {
+        let path = path.as_ref();
+        let file = path.display().to_string();
+        let unreadable = |reason: String| MoveFileError::Unreadable {
+            file: place::printable(&file),
+            reason,
+        };
+        let mut bytes = Vec::new();
+        std::fs::File::open(path)
+            .and_then(|f| f.take(LARGEST_BYTES + 1).read_to_end(&mut bytes))
+            .map_err(|e| unreadable(format!("cannot read the move file: {e}")))?;
+        if bytes.len() as u64 > LARGEST_BYTES {
+            return Err(unreadable("larger than 1 MiB: not a move file".into()));
+        }
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let at = e.utf8_error().valid_up_to();
+            unreadable(format!("not UTF-8 text (byte {at}): not a move file"))
+        })?;
+        Self::parse(&text, &file)
+    }
+
+    /// Checks a text; `file` is the name shown in errors.
+    ///
+    /// # Errors
+    /// [`MoveFileError`] says what is wrong, and where.
+    pub fn parse(text: &str, file: &str) -> Result<Self, MoveFileError> {
+        let stem = Path::new(file).file_stem().unwrap_or_default();
+        Self::from_text(text, stem.to_string_lossy().into_owned()).map_err(|fault| {
+            MoveFileError::Invalid {
+                place: Place::new(file, text, fault.bytes),
+                problem: Box::new(fault.problem),
+            }
+        })
+    }
+
+    fn from_text(text: &str, name: String) -> Result<Self, Box<Fault>> {
+        let root = Section::root(text)?;
+        root.only(&TABLES)?;
+        let table = |table: &'static str| {
+            let end = text.len()..text.len();
+            root.table(table)?
+                .ok_or_else(|| Fault::new(end, Problem::MissingTable { table }))
+        };
+        let machine = MachineKind::read(table("machine")?)?;
+        let limits = read_limits(table("limits")?, &machine)?;
+        let ends = table("move")?;
+        let (from, to) = ends::read_ends(&ends, &machine)?;
+        ends::check_limits_at_ends(&ends, &machine, &limits, [("from", &from), ("to", &to)])?;
+        Ok(Self {
+            name,
+            machine,
+            limits,
+            from,
+            to,
+            mesh: Mesh::read(&table("mesh")?)?,
+            solver: optional(&root, "solver", Solver::read)?,
+            drive: optional(&root, "drive", Section::read)?,
+            entries: entries(&root, text)?,
+        })
+    }
+}
+
+/// The common limits and the machine's own share a table.
+fn read_limits(mut section: Section<'_>, machine: &MachineKind) -> Result<Limits, Box<Fault>> {
+    let common = fields::fields_of::<limits::AxisLimits>().unwrap_or_default();
+    section.only(&[common, machine.limit_keys()].concat())?;
+    limits::check_limits(&section)?;
+    let own = section.split_off(|key| machine.limit_keys().contains(&key));
+    let outputs = machine.read_limits(&own)?;
+    let axis: limits::AxisLimits = section.read()?;
+    Ok(axis.with_outputs(outputs))
+}
+
+fn optional<'t, T: Default>(
+    root: &Section<'t>,
+    table: &'static str,
+    read: impl Fn(&Section<'t>) -> Result<T, Box<Fault>>,
+) -> Result<T, Box<Fault>> {
+    root.table(table)?
+        .map_or_else(|| Ok(T::default()), |section| read(&section))
+}
+
+fn entries(root: &Section<'_>, text: &str) -> Result<Vec<Entry>, Box<Fault>> {
+    let mut all = Vec::new();
+    for table in TABLES {
+        let Some(section) = root.table(table)? else {
+            continue;
+        };
+        all.extend(section.entries(text).into_iter().map(|(key, value)| Entry {
+            table,
+            key,
+            value,
+        }));
+    }
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests;

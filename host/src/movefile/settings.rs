@@ -1,0 +1,112 @@
+//! Where the plan is computed and how exactly.
+
+use super::error::{Fault, Problem};
+use super::section::Section;
+use serde::Deserialize;
+use std::ops::RangeInclusive;
+
+/// The mesh that the planner starts with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mesh {
+    /// Number of intervals.
+    pub intervals: usize,
+    /// Collocation points in each.
+    pub points: usize,
+}
+
+/// How exactly and how long the solver works.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solver {
+    /// Relative tolerance on constraints and optimality.
+    pub tolerance: f64,
+    /// Iterations after which it gives up.
+    pub max_iterations: usize,
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            max_iterations: 2000,
+        }
+    }
+}
+
+/// PLUG IN HERE: `simulate::DriveSettings` takes the place of this empty stand-in, which accepts an empty table only.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DriveSettings {}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MeshTable {
+    intervals: i64,
+    points: i64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SolverTable {
+    tolerance: Option<f64>,
+    max_iterations: Option<i64>,
+}
+
+impl Mesh {
+    pub(super) fn read(section: &Section<'_>) -> Result<Self, Box<Fault>> {
+        let table: MeshTable = section.read()?;
+        Ok(Self {
+            // A planner's problem grows with both; beyond these it fits no machine this runs on.
+            intervals: whole(section, "intervals", table.intervals, 1..=1000)?,
+            // The basis on more points loses its digits in f32.
+            points: whole(section, "points", table.points, 2..=32)?,
+        })
+    }
+}
+
+impl Solver {
+    pub(super) fn read(section: &Section<'_>) -> Result<Self, Box<Fault>> {
+        let table: SolverTable = section.read()?;
+        let default = Self::default();
+        let tolerance = table.tolerance.unwrap_or(default.tolerance);
+        // Written so that NaN fails too.
+        if !(1e-12..=1e-2).contains(&tolerance) {
+            return Err(Fault::new(
+                section.bytes("tolerance"),
+                Problem::Value {
+                    key: "tolerance".into(),
+                    value: tolerance,
+                    rule: "must lie between 1e-12, about what f64 can reach, and 1e-2".into(),
+                },
+            ));
+        }
+        let max_iterations = match table.max_iterations {
+            Some(count) => whole(section, "max_iterations", count, 1..=1_000_000)?,
+            None => default.max_iterations,
+        };
+        Ok(Self {
+            tolerance,
+            max_iterations,
+        })
+    }
+}
+
+fn whole(
+    section: &Section<'_>,
+    key: &str,
+    value: i64,
+    range: RangeInclusive<i64>,
+) -> Result<usize, Box<Fault>> {
+    usize::try_from(value)
+        .ok()
+        .filter(|_| range.contains(&value))
+        .ok_or_else(|| {
+            Fault::new(
+                section.bytes(key),
+                Problem::Value {
+                    key: key.into(),
+                    value: value as f64,
+                    rule: format!("must lie between {} and {}", range.start(), range.end()),
+                },
+            )
+        })
+}
