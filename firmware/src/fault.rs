@@ -1,0 +1,119 @@
+//! Faults: reasons to take the torque away, latched with the first one.
+
+use core::fmt;
+
+/// The first cause since the last `clear`, and when.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Fault {
+    /// What happened.
+    pub cause: FaultCause,
+    /// Tick of the drive loop in which it was seen.
+    pub tick: u64,
+}
+
+/// Why the executor took the torque away.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum FaultCause {
+    /// The emergency stop is pressed.
+    EmergencyStop,
+    /// The bus to the drives failed as a whole.
+    ExchangeFailed,
+    /// A drive stopped by itself.
+    DriveFault {
+        /// Axis, from 0.
+        axis: u8,
+        /// The drive's own code.
+        code: u16,
+    },
+    /// A drive stopped following its set-points without saying why.
+    DriveDisabled {
+        /// Axis, from 0.
+        axis: u8,
+    },
+    /// A measured position or velocity is no finite number.
+    FeedbackNotFinite {
+        /// Axis, from 0.
+        axis: u8,
+    },
+    /// A measurement is too old.
+    FeedbackStale {
+        /// Axis, from 0.
+        axis: u8,
+        /// Its age in drive ticks.
+        age_ticks: u16,
+        /// The greatest age allowed, in drive ticks.
+        limit_ticks: u16,
+    },
+    /// An axis is too far from its set-point.
+    FollowingError {
+        /// Axis, from 0.
+        axis: u8,
+        /// Set-point minus measured position, in rad.
+        error_rad: f32,
+        /// The greatest distance allowed at the commanded speed, in rad.
+        limit_rad: f32,
+    },
+    /// There was nothing to play.
+    NothingLoaded,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} (tick {})", self.cause, self.tick)
+    }
+}
+
+impl fmt::Display for FaultCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::EmergencyStop => {
+                write!(f, "the emergency stop is pressed: release it, then clear")
+            }
+            Self::ExchangeFailed => write!(
+                f,
+                "the bus to the drives failed: check cabling and supply, then clear"
+            ),
+            Self::DriveFault { axis, code } => {
+                write!(
+                    f,
+                    "the drive of axis {axis} reports fault {code:#06x}: see its manual, then clear"
+                )
+            }
+            Self::DriveDisabled { axis } => {
+                write!(
+                    f,
+                    "the drive of axis {axis} stopped following: check its supply and enable input, then clear"
+                )
+            }
+            Self::FeedbackNotFinite { axis } => {
+                write!(
+                    f,
+                    "the position or velocity of axis {axis} is no number: check its encoder, then clear"
+                )
+            }
+            Self::FeedbackStale {
+                axis,
+                age_ticks,
+                limit_ticks,
+            } => write!(
+                f,
+                "the feedback of axis {axis} is {age_ticks} ticks old, {limit_ticks} are allowed: check the bus, then clear"
+            ),
+            Self::FollowingError {
+                axis,
+                error_rad,
+                limit_rad,
+            } => write!(
+                f,
+                "axis {axis} is {error_rad} rad from its set-point, {limit_rad} rad are allowed: \
+                 check for obstacles, load and drive gains, then clear"
+            ),
+            Self::NothingLoaded => {
+                write!(f, "there is nothing to play: load a trajectory, then clear")
+            }
+        }
+    }
+}

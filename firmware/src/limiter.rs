@@ -1,0 +1,190 @@
+//! Last line of defence in the drive loop: whatever is asked for, what leaves is within the axis' limits.
+//!
+//! Pure functions of the previous command, the configuration and the wanted command. An accepted trajectory passes unchanged;
+//! a change raises a flag, which is no fault. With p, v, τ wanted and p⁻, τ⁻ sent one period h before:
+//!
+//! 1. a value that is not finite: p = p⁻, v = 0, τ = 0,
+//! 2. |v| ≤ v_max and |p − p⁻| ≤ v_max h,
+//! 3. |τ| ≤ τ_max(v), the torque–speed curve,
+//! 4. |τ − τ⁻| ≤ u_max h, and 3 again: where the curve has fallen below τ⁻ faster than the rate allows, the curve wins.
+//!
+//! All limits carry the relative tolerance of acceptance, [`LIMIT_TOLERANCE`], and steps one rounding error of f32.
+
+use core::fmt;
+use core::ops::{BitOr, BitOrAssign};
+
+use stillpoint_shared::{AxisLimits, LIMIT_TOLERANCE};
+
+use crate::Setpoint;
+
+/// Limits in force on one axis. Momentary: in this tick; sticky: since the move was started.
+#[derive(Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct LimitFlags(u8);
+
+impl LimitFlags {
+    /// No limit is in force.
+    pub const NONE: Self = Self(0);
+    /// Torque beyond its largest value.
+    pub const TORQUE: Self = Self(1);
+    /// Torque changing too fast.
+    pub const TORQUE_RATE: Self = Self(2);
+    /// Torque beyond the torque–speed curve.
+    pub const TORQUE_SPEED: Self = Self(4);
+    /// Velocity or step of position too large.
+    pub const SPEED: Self = Self(8);
+    /// A value that is no finite number.
+    pub const NOT_FINITE: Self = Self(16);
+
+    const NAMES: [(Self, &'static str); 5] = [
+        (Self::TORQUE, "torque"),
+        (Self::TORQUE_RATE, "torque rate"),
+        (Self::TORQUE_SPEED, "torque-speed curve"),
+        (Self::SPEED, "speed"),
+        (Self::NOT_FINITE, "not finite"),
+    ];
+
+    /// The flags as bits, as telemetry carries them.
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Whether no limit is in force.
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether all of `other` are in force.
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    fn raise_if(&mut self, condition: bool, flag: Self) {
+        if condition {
+            *self |= flag;
+        }
+    }
+}
+
+impl BitOr for LimitFlags {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl BitOrAssign for LimitFlags {
+    fn bitor_assign(&mut self, other: Self) {
+        self.0 |= other.0;
+    }
+}
+
+impl fmt::Debug for LimitFlags {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_set()
+            .entries(
+                Self::NAMES
+                    .iter()
+                    .filter(|(flag, _)| self.contains(*flag))
+                    .map(|(_, name)| name),
+            )
+            .finish()
+    }
+}
+
+/// Limits of one axis prepared for the tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LimiterConfig {
+    limits: AxisLimits,
+    speed_rad_per_s: f32,
+    position_step_rad: f32,
+    torque_step_nm: f32,
+}
+
+impl LimiterConfig {
+    /// For a tick of `period_s` seconds.
+    pub fn new(limits: &AxisLimits, period_s: f32) -> Self {
+        let speed_rad_per_s = limits.speed_rad_per_s * (1.0 + LIMIT_TOLERANCE);
+        Self {
+            limits: *limits,
+            speed_rad_per_s,
+            position_step_rad: speed_rad_per_s * period_s,
+            torque_step_nm: limits.torque_rate_nm_per_s * (1.0 + LIMIT_TOLERANCE) * period_s,
+        }
+    }
+}
+
+/// Torque in N·m available at a speed in rad/s, with the tolerance of acceptance on both coordinates of the curve.
+pub fn available_torque_nm(limits: &AxisLimits, speed_rad_per_s: f32) -> f32 {
+    limits.available_torque_nm(speed_rad_per_s * (1.0 - LIMIT_TOLERANCE)) * (1.0 + LIMIT_TOLERANCE)
+}
+
+/// `wanted` brought within the limits, one period after `previous` was sent (which must be finite), and the limits in force.
+pub fn limit(
+    config: &LimiterConfig,
+    previous: &Setpoint,
+    wanted: &Setpoint,
+) -> (Setpoint, LimitFlags) {
+    let mut flags = LimitFlags::NONE;
+    let mut setpoint = *wanted;
+    let finite = wanted.position_rad.is_finite()
+        && wanted.velocity_rad_per_s.is_finite()
+        && wanted.torque_nm.is_finite();
+    if !finite {
+        flags |= LimitFlags::NOT_FINITE;
+        setpoint = Setpoint {
+            position_rad: previous.position_rad,
+            ..Setpoint::default()
+        };
+    }
+
+    let limited = clamp(
+        &mut setpoint.velocity_rad_per_s,
+        0.0,
+        config.speed_rad_per_s,
+    );
+    flags.raise_if(limited, LimitFlags::SPEED);
+    let limited = step(
+        &mut setpoint.position_rad,
+        previous.position_rad,
+        config.position_step_rad,
+    );
+    flags.raise_if(limited, LimitFlags::SPEED);
+
+    let available_nm = available_torque_nm(&config.limits, setpoint.velocity_rad_per_s);
+    let beyond_peak = setpoint.torque_nm.abs() > config.limits.torque_nm * (1.0 + LIMIT_TOLERANCE);
+    let limited = clamp(&mut setpoint.torque_nm, 0.0, available_nm);
+    flags.raise_if(beyond_peak, LimitFlags::TORQUE);
+    flags.raise_if(limited && !beyond_peak, LimitFlags::TORQUE_SPEED);
+
+    let limited = step(
+        &mut setpoint.torque_nm,
+        previous.torque_nm,
+        config.torque_step_nm,
+    );
+    flags.raise_if(limited, LimitFlags::TORQUE_RATE);
+    let limited = clamp(&mut setpoint.torque_nm, 0.0, available_nm);
+    flags.raise_if(limited, LimitFlags::TORQUE_SPEED);
+    (setpoint, flags)
+}
+
+/// Limits `value` to `centre` ± (`reach` + one rounding error of the centre).
+fn step(value: &mut f32, centre: f32, reach: f32) -> bool {
+    clamp(value, centre, reach + centre.abs() * f32::EPSILON)
+}
+
+/// Limits `value` to `centre` ± `reach` and says whether it had to. Comparisons only: `f32::clamp` may panic, and `f32::min` is
+/// a library call on a Cortex-M4F.
+fn clamp(value: &mut f32, centre: f32, reach: f32) -> bool {
+    let (least, most) = (centre - reach, centre + reach);
+    if *value > most {
+        *value = most;
+        true
+    } else if *value < least {
+        *value = least;
+        true
+    } else {
+        false
+    }
+}

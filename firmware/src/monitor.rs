@@ -1,0 +1,111 @@
+//! Looks at the feedback of every tick: is it alive, is it a number, is the axis where it was told to be.
+
+use nalgebra::SVector;
+
+use crate::{DriveStatus, FaultCause, Feedback, Setpoint};
+
+/// What the monitor allows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MonitorConfig {
+    /// Following error allowed at rest, in rad.
+    pub following_at_rest_rad: f32,
+    /// Following error allowed per commanded speed, in rad per rad/s: the lag of the drives in seconds.
+    pub following_lag_s: f32,
+    /// Greatest age of feedback, in drive ticks.
+    pub feedback_age_ticks: u16,
+}
+
+impl Default for MonitorConfig {
+    /// 10 mrad at rest and 2 ms of lag; two lost messages.
+    fn default() -> Self {
+        Self {
+            following_at_rest_rad: 0.01,
+            following_lag_s: 2e-3,
+            feedback_age_ticks: 2,
+        }
+    }
+}
+
+/// Following-error peaks of AXES axes since the move was started.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Monitor<const AXES: usize> {
+    peak_following_error_rad: SVector<f32, AXES>,
+}
+
+impl<const AXES: usize> Default for Monitor<AXES> {
+    fn default() -> Self {
+        Self {
+            peak_following_error_rad: SVector::zeros(),
+        }
+    }
+}
+
+impl<const AXES: usize> Monitor<AXES> {
+    /// Largest |set-point − measured position| of each axis in rad.
+    pub fn peak_following_error_rad(&self) -> &SVector<f32, AXES> {
+        &self.peak_following_error_rad
+    }
+
+    /// Judges one tick. Set-points and feedback belong to the same instant.
+    ///
+    /// The following error of an axis is judged while its drive is enabled; `enabled` says whether all have to be.
+    pub fn check(
+        &mut self,
+        config: &MonitorConfig,
+        setpoints: &[Setpoint; AXES],
+        feedback: &[Feedback; AXES],
+        enabled: bool,
+    ) -> Result<(), FaultCause> {
+        let axes = setpoints
+            .iter()
+            .zip(feedback)
+            .zip(self.peak_following_error_rad.iter_mut());
+        for (axis, ((setpoint, feedback), peak_rad)) in (0u8..).zip(axes) {
+            alive(config, axis, feedback)?;
+            match feedback.status {
+                DriveStatus::Enabled => {}
+                DriveStatus::Disabled if enabled => return Err(FaultCause::DriveDisabled { axis }),
+                _ => continue,
+            }
+            let error_rad = setpoint.position_rad - feedback.position_rad;
+            let limit_rad = config.following_at_rest_rad
+                + config.following_lag_s * setpoint.velocity_rad_per_s.abs();
+            if error_rad.abs() > *peak_rad {
+                *peak_rad = error_rad.abs();
+            }
+            if error_rad.abs() > limit_rad {
+                return Err(FaultCause::FollowingError {
+                    axis,
+                    error_rad,
+                    limit_rad,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether an axis' feedback can be believed at all.
+pub fn alive(config: &MonitorConfig, axis: u8, feedback: &Feedback) -> Result<(), FaultCause> {
+    let limit_ticks = config.feedback_age_ticks;
+    match *feedback {
+        Feedback {
+            status: DriveStatus::Fault { code },
+            ..
+        } => Err(FaultCause::DriveFault { axis, code }),
+        Feedback {
+            position_rad,
+            velocity_rad_per_s,
+            ..
+        } if !(position_rad.is_finite() && velocity_rad_per_s.is_finite()) => {
+            Err(FaultCause::FeedbackNotFinite { axis })
+        }
+        Feedback { age_ticks, .. } if age_ticks > limit_ticks => Err(FaultCause::FeedbackStale {
+            axis,
+            age_ticks,
+            limit_ticks,
+        }),
+        _ => Ok(()),
+    }
+}
