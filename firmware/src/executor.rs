@@ -8,8 +8,8 @@ use crate::accept;
 use crate::limiter::{self, LimiterConfig};
 use crate::monitor::{self, Monitor};
 use crate::{
-    Command, DriveGroup, DriveStatus, Fault, FaultCause, Feedback, LimitFlags, Refusal, Rejection,
-    Setpoint, State,
+    Command, Config, ConfigError, DriveGroup, DriveStatus, Fault, FaultCause, Feedback, LimitFlags,
+    Refusal, Rejection, Setpoint, State,
 };
 
 /// What happened in one tick.
