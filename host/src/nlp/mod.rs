@@ -1,11 +1,7 @@
 //! Nonlinear programming: the problem as sparse exact derivatives, and the solvers behind one trait.
 
-#[cfg(feature = "ipopt")]
-mod ipopt;
 mod pounce;
 
-#[cfg(feature = "ipopt")]
-pub use ipopt::Ipopt;
 pub use pounce::Pounce;
 
 use crate::ocp::Bounds;
@@ -32,7 +28,13 @@ pub trait NlpProblem {
     /// ∂g/∂x in the order of the structure.
     fn jacobian(&mut self, x: &[f64], entries: &mut [f64]);
     /// Hessian of `objective_factor · f + multipliers · g` in the order of the structure.
-    fn hessian(&mut self, x: &[f64], objective_factor: f64, multipliers: &[f64], entries: &mut [f64]);
+    fn hessian(
+        &mut self,
+        x: &[f64],
+        objective_factor: f64,
+        multipliers: &[f64],
+        entries: &mut [f64],
+    );
 }
 
 /// First guess; with multipliers, a warm start.
@@ -139,5 +141,6 @@ pub trait NlpSolver: Sync {
     /// Name and version, for reports.
     fn name(&self) -> &'static str;
     /// Solves from the problem's start; always returns where it ended.
-    fn solve(&self, problem: Box<dyn NlpProblem>, settings: &Settings, monitor: Monitor) -> Outcome;
+    fn solve(&self, problem: Box<dyn NlpProblem>, settings: &Settings, monitor: Monitor)
+    -> Outcome;
 }

@@ -1,12 +1,14 @@
 //! Pounce, a pure-Rust primal–dual interior-point solver of Ipopt's design: the default, needs no system library.
 
 use super::{Iteration, Monitor, Multipliers, NlpProblem, NlpSolver, Outcome, Settings, Status};
-use pounce_rs::pounce_algorithm::application::{default_backend_factory_with_sink, feral_config_from_options};
+use pounce_rs::pounce_algorithm::application::{
+    default_backend_factory_with_sink, feral_config_from_options,
+};
 use pounce_rs::pounce_restoration::resto_alg_builder::RestoAlgorithmBuilder;
 use pounce_rs::pounce_restoration::resto_inner_solver::make_default_restoration_factory_provider;
 use pounce_rs::{
-    AlgorithmMode, ApplicationReturnStatus, BoundsInfo, IndexStyle, IpoptApplication, IpoptCq, IpoptData, IterStats,
-    NlpInfo, Solution, SparsityRequest, StartingPoint, TNLP,
+    AlgorithmMode, ApplicationReturnStatus, BoundsInfo, IndexStyle, IpoptApplication, IpoptCq,
+    IpoptData, IterStats, NlpInfo, Solution, SparsityRequest, StartingPoint, TNLP,
 };
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -27,7 +29,12 @@ impl NlpSolver for Pounce {
         "pounce 0.14.0"
     }
 
-    fn solve(&self, problem: Box<dyn NlpProblem>, settings: &Settings, monitor: Monitor) -> Outcome {
+    fn solve(
+        &self,
+        problem: Box<dyn NlpProblem>,
+        settings: &Settings,
+        monitor: Monitor,
+    ) -> Outcome {
         let start = problem.start().clone();
         let warm = start.warm.is_some();
         let mut app = IpoptApplication::new();
@@ -97,14 +104,17 @@ fn configure(app: &mut IpoptApplication, settings: &Settings, warm: bool) {
 fn install_restoration(app: &mut IpoptApplication) {
     let feral = feral_config_from_options(app.options());
     let sink = app.restoration_summary_sink();
-    let ma57 = pounce_rs::pounce_algorithm::application::ma57_config_from_options(app.options(), "resto.");
+    let ma57 =
+        pounce_rs::pounce_algorithm::application::ma57_config_from_options(app.options(), "resto.");
     let builder = app.algorithm_builder_from_options();
     app.set_restoration_factory_provider(make_default_restoration_factory_provider(
         RestoAlgorithmBuilder::new(),
         builder,
         move || {
             let (feral, ma57, sink) = (feral.clone(), ma57.clone(), sink.clone());
-            Box::new(move || default_backend_factory_with_sink(feral.clone(), ma57.clone(), sink.clone()))
+            Box::new(move || {
+                default_backend_factory_with_sink(feral.clone(), ma57.clone(), sink.clone())
+            })
         },
     ));
 }
@@ -209,14 +219,20 @@ impl TNLP for Adapter {
                 fill_structure(self.problem.hessian_structure(), irow, jcol);
             }
             (SparsityRequest::Values { values }, Some(x), Some(multipliers)) => {
-                self.problem.hessian(x, objective_factor, multipliers, values);
+                self.problem
+                    .hessian(x, objective_factor, multipliers, values);
             }
             _ => return false,
         }
         true
     }
 
-    fn intermediate_callback(&mut self, stats: IterStats, _data: &IpoptData, _cq: &IpoptCq) -> bool {
+    fn intermediate_callback(
+        &mut self,
+        stats: IterStats,
+        _data: &IpoptData,
+        _cq: &IpoptCq,
+    ) -> bool {
         (self.monitor)(&Iteration {
             number: usize::try_from(stats.iter).unwrap_or(0),
             objective: stats.obj_value,

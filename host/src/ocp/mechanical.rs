@@ -47,8 +47,11 @@ struct Solved<const D: usize, const A: usize> {
     acceleration: SVector<f64, D>,
 }
 
-impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize> Mechanical<M, D, A, Z, H> {
-    const SHAPE: () = assert!(M::COORDINATES == D && M::AXES == A && Z == 2 * D && H == Z * (Z + 1) / 2);
+impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
+    Mechanical<M, D, A, Z, H>
+{
+    const SHAPE: () =
+        assert!(M::COORDINATES == D && M::AXES == A && Z == 2 * D && H == Z * (Z + 1) / 2);
 
     /// Stage functions with the given path rows.
     pub fn new(machine: M, rows: Vec<PathRow>) -> Self {
@@ -59,7 +62,9 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         structure.jacobian.extend((0..A).map(|i| (i, u + i)));
         structure.jacobian.extend((0..D).map(|i| (A + i, v + i)));
         for row in A + D..A + 2 * D {
-            structure.jacobian.extend((0..A + 2 * D).map(|column| (row, column)));
+            structure
+                .jacobian
+                .extend((0..A + 2 * D).map(|column| (row, column)));
         }
         for (index, row) in rows.iter().enumerate() {
             let own = A + 2 * D + index;
@@ -75,7 +80,9 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         // Torques enter linearly and meet only the coordinates.
         for row in q..u {
             let first = if row < v { 0 } else { q };
-            structure.hessian.extend((first..=row).map(|column| (row, column)));
+            structure
+                .hessian
+                .extend((first..=row).map(|column| (row, column)));
         }
         Self {
             machine,
@@ -91,11 +98,13 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         let a: [Dual<D>; D] = std::array::from_fn(|i| Dual::seed(0.0, i));
         let mut force = [Dual::constant(0.0); D];
         let mut joint = [[Dual::constant(0.0); D]; A];
-        self.machine.dynamics(&q, &v, &a, &mut force, joint.as_flattened_mut());
+        self.machine
+            .dynamics(&q, &v, &a, &mut force, joint.as_flattened_mut());
         let mass = SMatrix::<f64, D, D>::from_fn(|r, c| force[r].gradient[c]);
         let jacobian = SMatrix::<f64, A, D>::from_fn(|r, c| joint[r][c].value);
         let torque = SVector::<f64, A>::from_column_slice(&z[..A]);
-        let right = jacobian.transpose() * torque - SVector::<f64, D>::from_fn(|r, _| force[r].value);
+        let right =
+            jacobian.transpose() * torque - SVector::<f64, D>::from_fn(|r, _| force[r].value);
         let mass = Cholesky::new(mass);
         let acceleration = mass
             .as_ref()
@@ -108,7 +117,14 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
     }
 
     /// τ̇, q̇, v̇ and, given joint rates and outputs, the path rows; no running cost.
-    fn fill(&self, z: &[f64], acceleration: &SVector<f64, D>, rates: &SVector<f64, A>, outputs: &[f64], out: &mut [f64]) {
+    fn fill(
+        &self,
+        z: &[f64],
+        acceleration: &SVector<f64, D>,
+        rates: &SVector<f64, A>,
+        outputs: &[f64],
+        out: &mut [f64],
+    ) {
         out[..A].copy_from_slice(&z[A + 2 * D..]);
         out[A..A + D].copy_from_slice(&z[A + D..A + 2 * D]);
         out[A + D..A + 2 * D].copy_from_slice(acceleration.as_slice());
@@ -116,7 +132,10 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
             *slot = match *row {
                 PathRow::Output(index) => outputs[index],
                 PathRow::JointRate(axis) => rates[axis],
-                PathRow::TorqueSpeed { axis, slope_nm_s_per_rad } => z[axis] + slope_nm_s_per_rad * rates[axis],
+                PathRow::TorqueSpeed {
+                    axis,
+                    slope_nm_s_per_rad,
+                } => z[axis] + slope_nm_s_per_rad * rates[axis],
             };
         }
         if let Some(cost) = out.last_mut() {
@@ -125,7 +144,9 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
     }
 
     fn needs_outputs(&self) -> bool {
-        self.rows.iter().any(|row| matches!(row, PathRow::Output(_)))
+        self.rows
+            .iter()
+            .any(|row| matches!(row, PathRow::Output(_)))
     }
 }
 
@@ -162,7 +183,8 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         let a: [Dual<Z>; D] = std::array::from_fn(|i| Dual::constant(solved.acceleration[i]));
         let mut force = [Dual::constant(0.0); D];
         let mut joint = [[Dual::constant(0.0); D]; A];
-        self.machine.dynamics(&q, &v, &a, &mut force, joint.as_flattened_mut());
+        self.machine
+            .dynamics(&q, &v, &a, &mut force, joint.as_flattened_mut());
         let rates = rates_of(&joint, &v);
         let mut outputs = vec![Dual::<Z>::constant(0.0); self.outputs];
         if self.needs_outputs() {
@@ -175,7 +197,12 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         });
         let (by_state, by_torque) = solved.mass.as_ref().map_or_else(
             || (SMatrix::repeat(f64::NAN), SMatrix::repeat(f64::NAN)),
-            |factor| (factor.solve(&residual), factor.solve(&solved.jacobian.transpose())),
+            |factor| {
+                (
+                    factor.solve(&residual),
+                    factor.solve(&solved.jacobian.transpose()),
+                )
+            },
         );
 
         let output_values: Vec<f64> = outputs.iter().map(|o| o.value).collect();
@@ -195,9 +222,16 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         }
         for row in &self.rows {
             match *row {
-                PathRow::Output(index) => outputs[index].gradient[..D].iter().for_each(|&value| put(value)),
-                PathRow::JointRate(axis) => rates[axis].gradient.iter().for_each(|&value| put(value)),
-                PathRow::TorqueSpeed { axis, slope_nm_s_per_rad } => {
+                PathRow::Output(index) => outputs[index].gradient[..D]
+                    .iter()
+                    .for_each(|&value| put(value)),
+                PathRow::JointRate(axis) => {
+                    rates[axis].gradient.iter().for_each(|&value| put(value))
+                }
+                PathRow::TorqueSpeed {
+                    axis,
+                    slope_nm_s_per_rad,
+                } => {
                     put(1.0);
                     rates[axis]
                         .gradient
@@ -218,11 +252,14 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
 
         // φ and the path rows, second order in (q, v).
         let q: [SecondDual<Z, H>; D] = std::array::from_fn(|i| SecondDual::seed(z[A + i], i));
-        let v: [SecondDual<Z, H>; D] = std::array::from_fn(|i| SecondDual::seed(z[A + D + i], D + i));
-        let a: [SecondDual<Z, H>; D] = std::array::from_fn(|i| SecondDual::constant(solved.acceleration[i]));
+        let v: [SecondDual<Z, H>; D] =
+            std::array::from_fn(|i| SecondDual::seed(z[A + D + i], D + i));
+        let a: [SecondDual<Z, H>; D] =
+            std::array::from_fn(|i| SecondDual::constant(solved.acceleration[i]));
         let mut force = [SecondDual::constant(0.0); D];
         let mut joint = [[SecondDual::constant(0.0); D]; A];
-        self.machine.dynamics(&q, &v, &a, &mut force, joint.as_flattened_mut());
+        self.machine
+            .dynamics(&q, &v, &a, &mut force, joint.as_flattened_mut());
         let mut total = SecondDual::<Z, H>::constant(0.0);
         for i in 0..D {
             total -= force[i] * y[i];
@@ -236,7 +273,10 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
             match *row {
                 PathRow::Output(_) => {}
                 PathRow::JointRate(axis) => total += rates[axis] * weight,
-                PathRow::TorqueSpeed { axis, slope_nm_s_per_rad } => {
+                PathRow::TorqueSpeed {
+                    axis,
+                    slope_nm_s_per_rad,
+                } => {
                     total += rates[axis] * (weight * slope_nm_s_per_rad);
                 }
             }
@@ -257,9 +297,22 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         let y_dual: [Dual<D>; D] = std::array::from_fn(|i| Dual::constant(y[i]));
         let mut joint_by_q = [[Dual::constant(0.0); D]; A];
         let (mut with_y, mut without) = ([Dual::constant(0.0); D], [Dual::constant(0.0); D]);
-        self.machine.dynamics(&q, &rest, &rest, &mut without, joint_by_q.as_flattened_mut());
-        self.machine.dynamics(&q, &rest, &y_dual, &mut with_y, joint_by_q.as_flattened_mut());
-        let q_by_a = SMatrix::<f64, D, D>::from_fn(|i, k| without[k].gradient[i] - with_y[k].gradient[i]);
+        self.machine.dynamics(
+            &q,
+            &rest,
+            &rest,
+            &mut without,
+            joint_by_q.as_flattened_mut(),
+        );
+        self.machine.dynamics(
+            &q,
+            &rest,
+            &y_dual,
+            &mut with_y,
+            joint_by_q.as_flattened_mut(),
+        );
+        let q_by_a =
+            SMatrix::<f64, D, D>::from_fn(|i, k| without[k].gradient[i] - with_y[k].gradient[i]);
         let along_y = rates_of(&joint_by_q, &y_dual);
 
         // a_z from the gradient parts of the second-order pass.
@@ -269,7 +322,12 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         });
         let (by_state, by_torque) = solved.mass.as_ref().map_or_else(
             || (SMatrix::repeat(f64::NAN), SMatrix::repeat(f64::NAN)),
-            |factor| (factor.solve(&residual), factor.solve(&solved.jacobian.transpose())),
+            |factor| {
+                (
+                    factor.solve(&residual),
+                    factor.solve(&solved.jacobian.transpose()),
+                )
+            },
         );
         let mixed = q_by_a * by_state;
         let mixed_torque = q_by_a * by_torque;

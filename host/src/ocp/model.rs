@@ -33,9 +33,11 @@ impl<M: Model> Exact<M> {
         model.evaluate(&z, &mut out);
         let mut structure = Structure::default();
         for (row, value) in out.iter().enumerate() {
-            structure
-                .jacobian
-                .extend((0..n).filter(|&c| value.first >> c & 1 == 1).map(|c| (row, c)));
+            structure.jacobian.extend(
+                (0..n)
+                    .filter(|&c| value.first >> c & 1 == 1)
+                    .map(|c| (row, c)),
+            );
         }
         for row in 0..n {
             let pairs = out.iter().fold(0, |bits, value| bits | value.second[row]);

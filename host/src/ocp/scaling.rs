@@ -40,7 +40,9 @@ impl Scaling {
             .collect();
         let shift: Vec<f64> = samples[0].0.clone();
         let range = |pick: &dyn Fn(&(Vec<f64>, Vec<f64>)) -> f64| {
-            samples.iter().fold(0.0_f64, |m, sample| m.max(pick(sample).abs()))
+            samples
+                .iter()
+                .fold(0.0_f64, |m, sample| m.max(pick(sample).abs()))
         };
         let states = (0..sizes.states)
             .map(|i| magnitude(&problem.states[i], range(&|s| s.0[i] - shift[i])))
@@ -60,7 +62,12 @@ impl Scaling {
             }
             integral += out[sizes.states + sizes.path] * guess.duration_s() / samples.len() as f64;
         }
-        let path = problem.path.iter().zip(path_range).map(|(q, r)| magnitude(q, r)).collect();
+        let path = problem
+            .path
+            .iter()
+            .zip(path_range)
+            .map(|(q, r)| magnitude(q, r))
+            .collect();
         let ends_at: Vec<f64> = samples[0]
             .0
             .iter()

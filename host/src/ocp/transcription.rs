@@ -83,7 +83,9 @@ impl Transcription {
         let rules: Vec<Rule> = mesh
             .intervals()
             .iter()
-            .map(|interval| Rule::new(interval.points).expect("a mesh has at least two points in an interval"))
+            .map(|interval| {
+                Rule::new(interval.points).expect("a mesh has at least two points in an interval")
+            })
             .collect();
         let mut points = Vec::with_capacity(mesh.points());
         for (interval, spec) in mesh.intervals().iter().enumerate() {
@@ -229,7 +231,9 @@ impl Transcription {
             self.stage_variables(x, point, &mut z);
             states.column_mut(point).copy_from_slice(&z[..sizes.states]);
             if point < self.points.len() {
-                controls.column_mut(point).copy_from_slice(&z[sizes.states..]);
+                controls
+                    .column_mut(point)
+                    .copy_from_slice(&z[sizes.states..]);
             }
         }
         Solution {
@@ -246,7 +250,10 @@ impl Transcription {
         let Some(at) = self.points.get(point) else {
             return 1.0;
         };
-        let before: f64 = self.mesh.intervals()[..at.interval].iter().map(|i| i.fraction).sum();
+        let before: f64 = self.mesh.intervals()[..at.interval]
+            .iter()
+            .map(|i| i.fraction)
+            .sum();
         let local = self.rules[at.interval].support[at.index];
         before + at.half_share * (local + 1.0)
     }
@@ -265,23 +272,35 @@ impl Transcription {
         };
         for point in 0..self.points.len() {
             let share = self.share(point);
-            rows.extend(problem.states.iter().zip(&self.scaling.states).map(|(state, &scale)| RowMeaning {
-                name: state.name.clone(),
-                defect: true,
-                share,
-                scale,
-                bounds: Bounds::fixed(0.0),
-            }));
+            rows.extend(
+                problem
+                    .states
+                    .iter()
+                    .zip(&self.scaling.states)
+                    .map(|(state, &scale)| RowMeaning {
+                        name: state.name.clone(),
+                        defect: true,
+                        share,
+                        scale,
+                        bounds: Bounds::fixed(0.0),
+                    }),
+            );
             rows.extend((0..problem.sizes.path).map(|row| path(row, share)));
         }
         rows.extend(self.end_path.iter().map(|&row| path(row, 1.0)));
-        rows.extend(problem.ends.iter().zip(&self.scaling.ends).map(|(end, &scale)| RowMeaning {
-            name: end.name.clone(),
-            defect: false,
-            share: 1.0,
-            scale,
-            bounds: end.bounds,
-        }));
+        rows.extend(
+            problem
+                .ends
+                .iter()
+                .zip(&self.scaling.ends)
+                .map(|(end, &scale)| RowMeaning {
+                    name: end.name.clone(),
+                    defect: false,
+                    share: 1.0,
+                    scale,
+                    bounds: end.bounds,
+                }),
+        );
         rows
     }
 }

@@ -70,10 +70,17 @@ impl CollocationNlp {
         }
         let width = t.problem.sizes.stage_values();
         let entries = t.problem.stage.structure().jacobian.len();
-        let Evaluated { values, entries: all, .. } = &mut self.derivatives;
+        let Evaluated {
+            values,
+            entries: all,
+            ..
+        } = &mut self.derivatives;
         values.resize((t.points.len() + 1) * width, 0.0);
         all.resize((t.points.len() + 1) * entries, 0.0);
-        let mut work: Vec<_> = values.chunks_exact_mut(width).zip(all.chunks_exact_mut(entries)).collect();
+        let mut work: Vec<_> = values
+            .chunks_exact_mut(width)
+            .zip(all.chunks_exact_mut(entries))
+            .collect();
         in_parallel(&mut work, |point, (out, entries)| {
             let mut z = vec![0.0; t.stage_width()];
             t.stage_variables(x, point, &mut z);
@@ -91,7 +98,9 @@ impl CollocationNlp {
 
 /// Runs `work(index, item)` over all items on the machine's cores.
 fn in_parallel<T: Send>(items: &mut [T], work: impl Fn(usize, &mut T) + Sync) {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(8);
+    let threads = std::thread::available_parallelism()
+        .map_or(1, usize::from)
+        .min(8);
     let chunk = items.len().div_ceil(threads).max(1);
     std::thread::scope(|scope| {
         let work = &work;
@@ -134,9 +143,14 @@ impl NlpProblem for CollocationNlp {
         let t = &self.transcription;
         let sizes = t.problem.sizes;
         let mut ends = vec![0.0; sizes.endpoint_values()];
-        t.problem.endpoint.values(&t.endpoint_variables(x), &mut ends);
+        t.problem
+            .endpoint
+            .values(&t.endpoint_variables(x), &mut ends);
         let running: f64 = (0..t.points.len())
-            .map(|p| self.cost_weight(p) * self.values.values[p * sizes.stage_values() + t.rows_per_point()])
+            .map(|p| {
+                self.cost_weight(p)
+                    * self.values.values[p * sizes.stage_values() + t.rows_per_point()]
+            })
             .sum();
         (ends[0] + t.duration(x) * running) / t.scaling.objective
     }
@@ -154,7 +168,8 @@ impl NlpProblem for CollocationNlp {
             let entries = &self.derivatives.entries[point * structure.len()..][..structure.len()];
             for (entry, &(row, variable)) in entries.iter().zip(structure) {
                 if row == cost {
-                    gradient[t.node(point) + variable] += weight * t.duration(x) * entry * t.stage_scale(variable);
+                    gradient[t.node(point) + variable] +=
+                        weight * t.duration(x) * entry * t.stage_scale(variable);
                 }
             }
         }
@@ -164,7 +179,8 @@ impl NlpProblem for CollocationNlp {
         ends.jacobian(&t.endpoint_variables(x), &mut values, &mut entries);
         for (entry, &(row, variable)) in entries.iter().zip(&ends.structure().jacobian) {
             if row == 0 {
-                gradient[t.endpoint_variable(variable)] += entry * t.endpoint_scale(variable) / t.scaling.objective;
+                gradient[t.endpoint_variable(variable)] +=
+                    entry * t.endpoint_scale(variable) / t.scaling.objective;
             }
         }
     }
@@ -183,7 +199,8 @@ impl NlpProblem for CollocationNlp {
                 let slope: f64 = (d.iter().enumerate())
                     .map(|(j, d)| d * x[t.node(at.first + j) + state])
                     .sum();
-                rows[state] = slope - at.half_share * duration * stage[state] / t.scaling.states[state];
+                rows[state] =
+                    slope - at.half_share * duration * stage[state] / t.scaling.states[state];
             }
             for path in 0..sizes.path {
                 rows[sizes.states + path] = stage[sizes.states + path] / t.scaling.path[path];
@@ -196,8 +213,14 @@ impl NlpProblem for CollocationNlp {
             row += 1;
         }
         let mut ends = vec![0.0; sizes.endpoint_values()];
-        t.problem.endpoint.values(&t.endpoint_variables(x), &mut ends);
-        for ((slot, value), scale) in values[row..].iter_mut().zip(&ends[1..]).zip(&t.scaling.ends) {
+        t.problem
+            .endpoint
+            .values(&t.endpoint_variables(x), &mut ends);
+        for ((slot, value), scale) in values[row..]
+            .iter_mut()
+            .zip(&ends[1..])
+            .zip(&t.scaling.ends)
+        {
             *slot = value / scale;
         }
     }
@@ -226,10 +249,15 @@ impl NlpProblem for CollocationNlp {
             for _ in 0..sizes.states {
                 d.iter().for_each(|&d| put(d));
             }
-            let derivatives = &self.derivatives.entries[point * structure.len()..][..structure.len()];
+            let derivatives =
+                &self.derivatives.entries[point * structure.len()..][..structure.len()];
             for (entry, &(row, variable)) in derivatives.iter().zip(structure) {
                 if row < t.rows_per_point() {
-                    let factor = if row < sizes.states { -at.half_share * duration } else { 1.0 };
+                    let factor = if row < sizes.states {
+                        -at.half_share * duration
+                    } else {
+                        1.0
+                    };
                     put(factor * entry * row_scale(row) * t.stage_scale(variable));
                 }
             }
@@ -260,7 +288,13 @@ impl NlpProblem for CollocationNlp {
         }
     }
 
-    fn hessian(&mut self, x: &[f64], objective_factor: f64, multipliers: &[f64], entries: &mut [f64]) {
+    fn hessian(
+        &mut self,
+        x: &[f64],
+        objective_factor: f64,
+        multipliers: &[f64],
+        entries: &mut [f64],
+    ) {
         self.differentiate(x);
         let t = &self.transcription;
         let sizes = t.problem.sizes;
@@ -289,7 +323,8 @@ impl NlpProblem for CollocationNlp {
             for (entry, &(row, variable)) in derivatives.iter().zip(jacobian) {
                 if row < sizes.states || row == cost {
                     if let Ok(position) = self.timed.binary_search(&variable) {
-                        timed[position] += weights[row] * entry * t.stage_scale(variable) * t.scaling.duration_s;
+                        timed[position] +=
+                            weights[row] * entry * t.stage_scale(variable) * t.scaling.duration_s;
                     }
                 }
             }

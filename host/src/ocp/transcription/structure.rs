@@ -4,7 +4,10 @@ use super::Transcription;
 use crate::ocp::problem::Bounds;
 
 fn scaled(bounds: Bounds, shift: f64, scale: f64) -> Bounds {
-    Bounds::new((bounds.lower - shift) / scale, (bounds.upper - shift) / scale)
+    Bounds::new(
+        (bounds.lower - shift) / scale,
+        (bounds.upper - shift) / scale,
+    )
 }
 
 impl Transcription {
@@ -21,7 +24,11 @@ impl Transcription {
                 if point == last {
                     bounds = bounds.intersect(problem.terminal[i]);
                 }
-                all.push(scaled(bounds, self.scaling.shift[i], self.scaling.states[i]));
+                all.push(scaled(
+                    bounds,
+                    self.scaling.shift[i],
+                    self.scaling.states[i],
+                ));
             }
             if point < last {
                 let controls = problem.controls.iter().zip(&self.scaling.controls);
