@@ -4,3 +4,4 @@
 
 pub mod autodiff;
 pub mod machine;
+pub mod simulate;
