@@ -9,3 +9,4 @@ pub mod movefile;
 pub mod nlp;
 pub mod ocp;
 pub mod plan;
+pub mod simulate;

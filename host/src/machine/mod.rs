@@ -11,11 +11,13 @@
 //! [`Machine::dynamics`] returns the left-hand side and J. Planner, simulator and report use nothing else.
 
 mod describe;
+mod equations;
 mod rigid_body;
 pub mod three_rrr;
 pub mod two_mass_axis;
 
 pub use describe::{Assumption, Coordinate, MachineError, Output, OutputForm, OutputKind};
+pub use equations::Equations;
 pub use rigid_body::{ForwardDynamics, Plant};
 pub use three_rrr::ThreeRrr;
 pub use two_mass_axis::TwoMassAxis;

@@ -1,7 +1,7 @@
 //! Forward dynamics of any [`Machine`] in plain numbers, for simulation and checks.
 
+use super::equations::{self, Equations};
 use super::{Coordinate, Machine, Output};
-use crate::autodiff::{Dual, Scalar};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Mass matrix and accelerations at one point.
@@ -33,6 +33,12 @@ pub trait Plant: Send + Sync {
     fn reducer_ratio(&self) -> f64;
     /// Mass matrix, accelerations and joint Jacobian; `None` where the mechanism cannot be assembled or is singular.
     fn forward(&self, q: &[f64], v: &[f64], torque_nm: &[f64]) -> Option<ForwardDynamics>;
+    /// M, bias, J and J̇v at one point into buffers that are reused: what integration calls thousands of times.
+    ///
+    /// NaN where the mechanism cannot be assembled.
+    fn equations(&self, q: &[f64], v: &[f64], equations: &mut Equations);
+    /// ∂(∂V/∂q)/∂q at rest: the stiffness matrix, `coordinate_count` square.
+    fn stiffness(&self, q: &[f64]) -> DMatrix<f64>;
     /// Joint angles θ(q), rad.
     fn joint_angles(&self, q: &[f64]) -> Vec<f64>;
     /// Joint rates θ̇ = J(q) v, rad/s.
@@ -65,31 +71,12 @@ impl<M: Machine> Plant for M {
     }
 
     fn forward(&self, q: &[f64], v: &[f64], torque_nm: &[f64]) -> Option<ForwardDynamics> {
-        // One pass with a direction per column gives M exactly: the equations are affine in the accelerations.
         let n = M::COORDINATES;
-        let mut mass_matrix = DMatrix::zeros(n, n);
-        let mut bias = DVector::zeros(n);
-        let mut joint_jacobian = DMatrix::zeros(M::AXES, n);
-        let constant = |values: &[f64]| -> Vec<Dual<1>> {
-            values.iter().map(|&x| Dual::constant(x)).collect()
-        };
-        let (q, v) = (constant(q), constant(v));
-        let mut force = vec![Dual::constant(0.0); n];
-        let mut jacobian = vec![Dual::constant(0.0); M::AXES * n];
-        for column in 0..n {
-            let mut a = vec![Dual::constant(0.0); n];
-            a[column] = Dual::seed(0.0, 0);
-            self.dynamics(&q, &v, &a, &mut force, &mut jacobian);
-            for row in 0..n {
-                mass_matrix[(row, column)] = force[row].gradient[0];
-                bias[row] = force[row].value;
-            }
-        }
-        for axis in 0..M::AXES {
-            for column in 0..n {
-                joint_jacobian[(axis, column)] = jacobian[axis * n + column].value;
-            }
-        }
+        let mut equations = Equations::new(self);
+        Plant::equations(self, q, v, &mut equations);
+        let mass_matrix = DMatrix::from_row_slice(n, n, &equations.mass_matrix);
+        let joint_jacobian = DMatrix::from_row_slice(M::AXES, n, &equations.joint_jacobian);
+        let bias = DVector::from_column_slice(&equations.bias);
         let right = joint_jacobian.transpose() * DVector::from_column_slice(torque_nm) - bias;
         let accelerations = Cholesky::new(mass_matrix.clone())?.solve(&right);
         accelerations
@@ -100,6 +87,14 @@ impl<M: Machine> Plant for M {
                 accelerations,
                 joint_jacobian,
             })
+    }
+
+    fn equations(&self, q: &[f64], v: &[f64], equations: &mut Equations) {
+        equations::evaluate(self, q, v, equations);
+    }
+
+    fn stiffness(&self, q: &[f64]) -> DMatrix<f64> {
+        equations::stiffness(self, q)
     }
 
     fn joint_angles(&self, q: &[f64]) -> Vec<f64> {

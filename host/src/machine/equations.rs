@@ -1,0 +1,129 @@
+//! Equations of motion in plain numbers, into buffers that are reused.
+
+use super::{Machine, Plant};
+use crate::autodiff::{Dual, Scalar};
+use nalgebra::DMatrix;
+
+/// M(q) a + bias(q, v) = J(q)ᵀ τ with θ̈ = J a + J̇v, all at one point. Matrices are row-major.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Equations {
+    /// M(q), `coordinate_count` square.
+    pub mass_matrix: Vec<f64>,
+    /// c(q, v) + ∂V/∂q.
+    pub bias: Vec<f64>,
+    /// J = ∂θ/∂q, `axis_count` × `coordinate_count`.
+    pub joint_jacobian: Vec<f64>,
+    /// J̇v, the joint accelerations while the coordinates' accelerations are zero.
+    pub joint_bias: Vec<f64>,
+}
+
+impl Equations {
+    /// Buffers for a machine.
+    #[must_use]
+    pub fn new(plant: &dyn Plant) -> Self {
+        let (n, axes) = (plant.coordinate_count(), plant.axis_count());
+        Self {
+            mass_matrix: vec![0.0; n * n],
+            bias: vec![0.0; n],
+            joint_jacobian: vec![0.0; axes * n],
+            joint_bias: vec![0.0; axes],
+        }
+    }
+}
+
+/// Numbers of working space on the stack: a machine that needs more gets it from the heap.
+const STACK: usize = 48;
+
+/// Directions per pass; a machine with more coordinates takes more passes.
+const WIDTH: usize = 8;
+
+/// The first directions are the accelerations, in which the equations are affine, so their derivatives are M exactly;
+/// the last is the motion q + εv, along which J changes by J̇v·ε.
+pub(super) fn evaluate<M: Machine>(machine: &M, q: &[f64], v: &[f64], out: &mut Equations) {
+    let n = M::COORDINATES;
+    if n < WIDTH {
+        // The usual case in one pass, as narrow as the machine allows: what is computed per direction is most of the time.
+        match n {
+            0..4 => pass::<M, 4>(machine, q, v, 0, out),
+            4..6 => pass::<M, 6>(machine, q, v, 0, out),
+            _ => pass::<M, 8>(machine, q, v, 0, out),
+        }
+    } else {
+        for first in (0..=n).step_by(WIDTH) {
+            pass::<M, WIDTH>(machine, q, v, first, out);
+        }
+    }
+}
+
+/// Directions `first..first + W` of `COORDINATES` + 1.
+fn pass<M: Machine, const W: usize>(
+    machine: &M,
+    q: &[f64],
+    v: &[f64],
+    first: usize,
+    out: &mut Equations,
+) {
+    let (n, axes) = (M::COORDINATES, M::AXES);
+    let zero = Dual::<W>::constant(0.0);
+    let (mut stack, mut heap) = ([zero; STACK], Vec::new());
+    let needed = 4 * n + axes * n;
+    let space = match stack.get_mut(..needed) {
+        Some(space) => space,
+        None => {
+            heap.resize(needed, zero);
+            heap.as_mut_slice()
+        }
+    };
+    let (points, results) = space.split_at_mut(3 * n);
+    let (force, jacobian) = results.split_at_mut(n);
+    for i in 0..n {
+        points[i].value = q[i];
+        points[n + i].value = v[i];
+        if (first..first + W).contains(&n) {
+            points[i].gradient[n - first] = v[i];
+        }
+        if (first..first + W).contains(&i) {
+            points[2 * n + i].gradient[i - first] = 1.0;
+        }
+    }
+    let (q_dual, rest) = points.split_at(n);
+    let (v_dual, a_dual) = rest.split_at(n);
+    machine.dynamics(q_dual, v_dual, a_dual, force, jacobian);
+    for row in 0..n {
+        out.bias[row] = force[row].value;
+        for column in first..n.min(first + W) {
+            out.mass_matrix[row * n + column] = force[row].gradient[column - first];
+        }
+    }
+    for axis in 0..axes {
+        let row = &jacobian[axis * n..(axis + 1) * n];
+        for (value, entry) in out.joint_jacobian[axis * n..].iter_mut().zip(row) {
+            *value = entry.value;
+        }
+        if (first..first + W).contains(&n) {
+            out.joint_bias[axis] = row
+                .iter()
+                .zip(v)
+                .map(|(entry, v)| entry.gradient[n - first] * v)
+                .sum();
+        }
+    }
+}
+
+/// Derivative of the generalised force with respect to the coordinates, at rest.
+pub(super) fn stiffness<M: Machine>(machine: &M, q: &[f64]) -> DMatrix<f64> {
+    let n = M::COORDINATES;
+    let zero = Dual::<1>::constant(0.0);
+    let mut out = DMatrix::zeros(n, n);
+    let mut force = vec![zero; n];
+    let mut jacobian = vec![zero; M::AXES * n];
+    for column in 0..n {
+        let mut point: Vec<Dual<1>> = q.iter().map(|&x| Dual::constant(x)).collect();
+        point[column] = Dual::seed(q[column], 0);
+        machine.dynamics(&point, &vec![zero; n], &vec![zero; n], &mut force, &mut jacobian);
+        for row in 0..n {
+            out[(row, column)] = force[row].gradient[0];
+        }
+    }
+    out
+}

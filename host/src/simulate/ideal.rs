@@ -1,0 +1,160 @@
+//! Ideal drives: motors that follow their path exactly, whatever torque that takes.
+//!
+//! Each motor is a constraint θ(q) = θ_p(t) with the torque as its multiplier:
+//!
+//! ```text
+//! M a − Jᵀτ = −bias
+//! J a       = θ̈_p − J̇v + 2β(θ̇_p − Jv) + β²(θ_p − θ(q))
+//! ```
+//!
+//! The terms in β (Baumgarte) pull numerical drift back; they vanish on the exact solution.
+
+use super::linear;
+use super::ode::{OdeError, Tolerance, integrate};
+use super::path::{RigidPath, unwrapped};
+use super::recording::{Frame, Recording};
+use crate::machine::{Equations, Plant};
+use std::cell::RefCell;
+
+/// β: fast against every machine's vibration, slow against the integration step.
+const PULL_PER_S: f64 = 500.0;
+
+/// What to simulate, and how finely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Time watched after the end of the move.
+    pub after_s: f64,
+    /// Distance of the samples.
+    pub sample_s: f64,
+    /// Relative tolerance of the integration.
+    pub tolerance: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            after_s: 0.35,
+            sample_s: 1e-4,
+            tolerance: 1e-8,
+        }
+    }
+}
+
+/// Working space of one evaluation.
+struct Space {
+    equations: Equations,
+    path: Equations,
+    system: Vec<f64>,
+    solution: Vec<f64>,
+}
+
+impl Space {
+    fn new(plant: &dyn Plant) -> Self {
+        let size = plant.coordinate_count() + plant.axis_count();
+        Self {
+            equations: Equations::new(plant),
+            path: Equations::new(plant),
+            system: vec![0.0; size * size],
+            solution: vec![0.0; size],
+        }
+    }
+
+    /// Accelerations, then torques, into `solution`.
+    fn solve(
+        &mut self,
+        plant: &dyn Plant,
+        path: &RigidPath,
+        time_s: f64,
+        q: &[f64],
+        v: &[f64],
+    ) -> Option<()> {
+        let (n, axes) = (plant.coordinate_count(), plant.axis_count());
+        let size = n + axes;
+        plant.equations(q, v, &mut self.equations);
+        let wanted = path.motion(time_s, &mut self.path);
+        let angles = plant.joint_angles(q);
+        let e = &self.equations;
+        self.system.fill(0.0);
+        for row in 0..n {
+            self.system[row * size..row * size + n]
+                .copy_from_slice(&e.mass_matrix[row * n..(row + 1) * n]);
+            self.solution[row] = -e.bias[row];
+        }
+        for axis in 0..axes {
+            let row = &e.joint_jacobian[axis * n..(axis + 1) * n];
+            let rate: f64 = row.iter().zip(v).map(|(j, v)| j * v).sum();
+            let behind = wanted.angles_rad[axis] - unwrapped(angles[axis], wanted.angles_rad[axis]);
+            self.solution[n + axis] = wanted.accelerations_rad_per_s2[axis] - e.joint_bias[axis]
+                + 2.0 * PULL_PER_S * (wanted.rates_rad_per_s[axis] - rate)
+                + PULL_PER_S * PULL_PER_S * behind;
+            for (column, j) in row.iter().enumerate() {
+                self.system[(n + axis) * size + column] = *j;
+                self.system[column * size + n + axis] = -j;
+            }
+        }
+        linear::solve(&mut self.system, &mut self.solution)
+    }
+}
+
+/// Simulates the move along `path` from rest with ideal drives.
+///
+/// # Errors
+/// [`OdeError`] where the path leaves what the machine can reach.
+pub fn simulate(
+    plant: &dyn Plant,
+    path: &RigidPath,
+    settings: Settings,
+) -> Result<Recording, OdeError> {
+    let n = plant.coordinate_count();
+    let space = RefCell::new(Space::new(plant));
+    let slope = |time_s: f64, state: &[f64], out: &mut [f64]| {
+        let (q, v) = state.split_at(n);
+        let mut space = space.borrow_mut();
+        space.solve(plant, path, time_s, q, v)?;
+        out[..n].copy_from_slice(v);
+        out[n..].copy_from_slice(&space.solution[..n]);
+        Some(())
+    };
+    let coordinates = plant.coordinates();
+    let scale = coordinates
+        .iter()
+        .map(|c| c.magnitude)
+        .chain(coordinates.iter().map(|c| c.rate_magnitude));
+    let tolerance = Tolerance {
+        relative: settings.tolerance,
+        scale: scale.collect(),
+    };
+    let move_s = path.profile().duration_s();
+    let end_s = move_s + settings.after_s;
+    let mut pieces = path.profile().breaks_s();
+    pieces.push(end_s);
+
+    let mut recording = Recording { move_s, frames: Vec::new() };
+    let mut state = path.coordinates(0.0);
+    state.resize(2 * n, 0.0);
+    let mut time_s = 0.0;
+    let mut taken = 0_usize;
+    for piece_s in pieces {
+        // Between the breaks everything is smooth, so no step is wasted on a kink.
+        let last = piece_s == end_s;
+        let times: Vec<f64> = (taken..)
+            .map(|k| k as f64 * settings.sample_s)
+            .take_while(|t| *t < piece_s || (last && *t <= piece_s))
+            .collect();
+        taken += times.len();
+        let samples = integrate(slope, (time_s, piece_s), &state, &tolerance, &times)?;
+        for (time_s, state) in times.iter().zip(&samples.states) {
+            let (q, v) = state.split_at(n);
+            let mut space = space.borrow_mut();
+            space
+                .solve(plant, path, *time_s, q, v)
+                .ok_or(OdeError::Undefined { time_s: *time_s })?;
+            let torques = &space.solution[n..];
+            let frame = Frame::of(plant, *time_s, q, v, torques, recording.frames.last());
+            recording.frames.push(frame);
+        }
+        state = samples.end;
+        time_s = piece_s;
+    }
+    Ok(recording)
+}

@@ -1,0 +1,13 @@
+//! Simulation of any [`Plant`](crate::machine::Plant): what the machine does when its motors follow a path exactly
+//! ([`ideal`]), and when they are driven by the firmware's executor through servo drives.
+
+pub mod ideal;
+mod linear;
+pub mod modes;
+pub mod ode;
+pub mod path;
+pub mod profile;
+pub mod recording;
+
+#[cfg(test)]
+mod tests;
