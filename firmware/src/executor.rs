@@ -137,7 +137,7 @@ impl<const AXES: usize> Executor<AXES> {
     /// further than the start tolerance.
     pub fn arm(&mut self) -> Result<(), Refusal> {
         self.allow(Command::Arm)?;
-        self.near_first_node()?;
+        self.near_first_node(Command::Arm)?;
         self.state = State::Armed;
         Ok(())
     }
@@ -145,7 +145,7 @@ impl<const AXES: usize> Executor<AXES> {
     /// Plays from the next tick on, if the drives are enabled and stand at the first node by fresh feedback.
     pub fn start(&mut self) -> Result<(), Refusal> {
         self.allow(Command::Start)?;
-        let (feedback, first) = self.near_first_node()?;
+        let (feedback, first) = self.near_first_node(Command::Start)?;
         let axes = self.commanded.iter().zip(&feedback).zip(first.position_rad);
         for (axis, ((commanded, feedback), first_rad)) in (0u8..).zip(axes) {
             if feedback.status != DriveStatus::Enabled {
@@ -305,9 +305,15 @@ impl<const AXES: usize> Executor<AXES> {
     }
 
     /// Feedback and first node, if the feedback can be believed and every axis stands at the node.
-    fn near_first_node(&self) -> Result<([Feedback; AXES], Sample<AXES>), Refusal> {
+    fn near_first_node(
+        &self,
+        command: Command,
+    ) -> Result<([Feedback; AXES], Sample<AXES>), Refusal> {
         let feedback = self.feedback.ok_or(Refusal::NoFeedback)?;
-        let first = self.player.first().ok_or(Rejection::Empty)?;
+        let first = self.player.first().ok_or(Refusal::WrongState {
+            command,
+            state: self.state,
+        })?;
         let tolerance_rad = self.config.accept.start_tolerance_rad;
         for (axis, (feedback, first_rad)) in (0u8..).zip(feedback.iter().zip(first.position_rad)) {
             monitor::alive(&self.config.monitor, axis, feedback).map_err(Refusal::Feedback)?;

@@ -63,8 +63,6 @@ pub enum Rejection {
         /// Hash of the machine's limits.
         machine: u64,
     },
-    /// It has no intervals.
-    Empty,
     /// A value is no finite number.
     NotFinite {
         /// Where.
@@ -179,7 +177,6 @@ impl fmt::Display for Rejection {
                 "the trajectory was planned for limits {trajectory:016x}, the machine has {machine:016x}: \
                  plan the move again with the machine's limits"
             ),
-            Self::Empty => write!(f, "the trajectory has no intervals: plan the move again"),
             Self::NotFinite { at, quantity } => {
                 write!(
                     f,

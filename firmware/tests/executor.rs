@@ -1,0 +1,543 @@
+//! The state machine and its tick, on ideal and on misbehaving drives.
+
+mod common;
+
+use common::{
+    AXES, DURATION_TICKS, Drives, START_RAD, changed, executor, limits, start, trajectory,
+};
+use nalgebra::SVector;
+use stillpoint_firmware::{
+    Command, Config, ConfigError, DriveStatus, Executor, FaultCause, LimitFlags, Refusal,
+    Rejection, State, TickReport,
+};
+use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
+use stillpoint_shared::{AxisLimits, Limits, Player, Trajectory, lgr};
+
+/// Executor and drives brought to a state with the test move loaded.
+fn brought_to(state: State) -> (Executor<AXES>, Drives) {
+    let (mut executor, mut drives) = (executor(), Drives::at(&start()));
+    executor.tick(&mut drives);
+    if state == State::Idle {
+        return (executor, drives);
+    }
+    executor.load(&trajectory(), &start()).unwrap();
+    if state == State::Ready {
+        return (executor, drives);
+    }
+    executor.arm().unwrap();
+    executor.tick(&mut drives);
+    match state {
+        State::Armed => {}
+        State::Running => executor.start().unwrap(),
+        State::Done => {
+            executor.start().unwrap();
+            while executor.state() == State::Running {
+                executor.tick(&mut drives);
+            }
+        }
+        State::Fault => executor.emergency_stop(),
+        other => panic!("no way to {other:?}"),
+    }
+    assert_eq!(executor.state(), state);
+    (executor, drives)
+}
+
+fn order(executor: &mut Executor<AXES>, command: Command) -> Result<(), Refusal> {
+    match command {
+        Command::Load => executor.load(&trajectory(), &start()),
+        Command::Arm => executor.arm(),
+        Command::Start => executor.start(),
+        Command::Disarm => executor.disarm(),
+        Command::Clear => executor.clear(),
+        other => panic!("no test for {other:?}"),
+    }
+}
+
+#[test]
+fn every_command_has_an_answer_in_every_state() {
+    use Command::{Arm, Clear, Disarm, Load, Start};
+    use State::{Armed, Done, Fault, Idle, Ready, Running};
+    let table = [
+        // state, then the state after each command, or none if it is refused
+        (
+            Idle,
+            [
+                (Load, Some(Ready)),
+                (Arm, None),
+                (Start, None),
+                (Disarm, None),
+                (Clear, None),
+            ],
+        ),
+        (
+            Ready,
+            [
+                (Load, Some(Ready)),
+                (Arm, Some(Armed)),
+                (Start, None),
+                (Disarm, None),
+                (Clear, None),
+            ],
+        ),
+        (
+            Armed,
+            [
+                (Load, Some(Armed)),
+                (Arm, None),
+                (Start, Some(Running)),
+                (Disarm, Some(Ready)),
+                (Clear, None),
+            ],
+        ),
+        (
+            Running,
+            [
+                (Load, None),
+                (Arm, None),
+                (Start, None),
+                (Disarm, None),
+                (Clear, None),
+            ],
+        ),
+        (
+            Done,
+            [
+                (Load, Some(Armed)),
+                (Arm, None),
+                (Start, None),
+                (Disarm, Some(Ready)),
+                (Clear, None),
+            ],
+        ),
+        (
+            Fault,
+            [
+                (Load, None),
+                (Arm, None),
+                (Start, None),
+                (Disarm, None),
+                (Clear, Some(Ready)),
+            ],
+        ),
+    ];
+    assert_eq!(table.map(|(state, _)| state), State::ALL);
+    for (state, answers) in table {
+        for (command, after) in answers {
+            let (mut executor, _) = brought_to(state);
+            let answer = order(&mut executor, command);
+            match after {
+                Some(after) => assert_eq!(
+                    (answer, executor.state()),
+                    (Ok(()), after),
+                    "{command:?} in {state:?}"
+                ),
+                None => {
+                    let refused = Err(Refusal::WrongState { command, state });
+                    assert_eq!(
+                        (answer, executor.state()),
+                        (refused, state),
+                        "{command:?} in {state:?}"
+                    );
+                }
+            }
+        }
+        let (mut executor, _) = brought_to(state);
+        executor.emergency_stop();
+        assert_eq!(executor.state(), Fault, "emergency stop in {state:?}");
+    }
+    let (mut executor, _) = brought_to(Idle);
+    executor.emergency_stop();
+    executor.clear().unwrap();
+    assert_eq!(executor.state(), Idle, "nothing was loaded");
+}
+
+fn play() -> Vec<TickReport<AXES>> {
+    let (mut executor, mut drives) = brought_to(State::Running);
+    let mut reports = Vec::new();
+    while executor.state() == State::Running {
+        reports.push(executor.tick(&mut drives));
+    }
+    reports.push(executor.tick(&mut drives));
+    reports
+}
+
+#[test]
+fn set_points_are_the_trajectory_bit_for_bit() {
+    let reports = play();
+    let player = Player::<AXES>::new(&trajectory()).unwrap();
+    assert_eq!(
+        reports.len() as u32,
+        DURATION_TICKS / DRIVE_PERIOD_TICKS + 2
+    );
+    for (tick, report) in (0..).zip(&reports) {
+        assert_eq!(
+            report.path_ticks,
+            (tick * DRIVE_PERIOD_TICKS).min(DURATION_TICKS)
+        );
+        let sample = player.sample(report.path_ticks).unwrap();
+        for (axis, setpoint) in report.setpoints.iter().enumerate() {
+            assert_eq!(
+                setpoint.position_rad.to_bits(),
+                sample.position_rad[axis].to_bits()
+            );
+            assert_eq!(
+                setpoint.velocity_rad_per_s.to_bits(),
+                sample.velocity_rad_per_s[axis].to_bits()
+            );
+            assert_eq!(
+                setpoint.torque_nm.to_bits(),
+                sample.torque_nm[axis].to_bits()
+            );
+        }
+        assert_eq!(report.limited, [LimitFlags::NONE; AXES]);
+    }
+    let last = reports.last().unwrap();
+    assert_eq!((last.state, last.fault), (State::Done, None));
+    let end = &trajectory().coefficients()[trajectory().coefficients().len() - 3 * AXES..][..AXES]
+        .to_vec();
+    assert_eq!(
+        last.setpoints
+            .map(|setpoint| setpoint.position_rad)
+            .as_slice(),
+        end
+    );
+}
+
+#[test]
+fn playing_twice_gives_the_same_reports() {
+    assert_eq!(play(), play());
+}
+
+#[test]
+fn a_duration_between_ticks_ends_exactly_at_the_last_node() {
+    let period_ticks = 7_001;
+    let mut executor = Executor::<AXES>::new(
+        limits(),
+        Config {
+            period_ticks,
+            ..Config::default()
+        },
+    )
+    .unwrap();
+    let mut drives = Drives::at(&start());
+    executor.tick(&mut drives);
+    executor.load(&trajectory(), &start()).unwrap();
+    executor.arm().unwrap();
+    executor.tick(&mut drives);
+    executor.start().unwrap();
+    let mut ticks = 0;
+    while executor.state() == State::Running {
+        let report = executor.tick(&mut drives);
+        assert_eq!(
+            report.path_ticks,
+            (ticks * period_ticks).min(DURATION_TICKS)
+        );
+        ticks += 1;
+    }
+    assert_eq!(ticks, DURATION_TICKS.div_ceil(period_ticks) + 1);
+}
+
+#[test]
+fn enabling_is_no_jump_and_the_axis_creeps_to_the_first_node() {
+    let mut measured = start();
+    measured[0] += 0.9e-3;
+    let (mut executor, mut drives) = (executor(), Drives::at(&measured));
+    drives.enabling_ticks = 5;
+    executor.load(&trajectory(), &measured).unwrap();
+    assert_eq!(executor.arm(), Err(Refusal::NoFeedback));
+    executor.tick(&mut drives);
+    executor.arm().unwrap();
+    for _ in 0..6 {
+        let report = executor.tick(&mut drives);
+        assert_eq!(
+            report.setpoints[0].position_rad, measured[0],
+            "until the drive is enabled"
+        );
+        assert!(executor.start().is_err());
+    }
+    assert!(matches!(
+        executor.start(),
+        Err(Refusal::Approaching { axis: 0, .. })
+    ));
+    let mut previous_rad = measured[0];
+    let mut ticks = 0;
+    while executor.start().is_err() {
+        let now_rad = executor.tick(&mut drives).setpoints[0].position_rad;
+        assert!(
+            (previous_rad - now_rad) * 4_000.0 <= 0.051,
+            "faster than it may creep"
+        );
+        previous_rad = now_rad;
+        ticks += 1;
+        assert!(ticks < 100);
+    }
+    assert_eq!(previous_rad, START_RAD[0] as f32);
+    assert_eq!(executor.state(), State::Running);
+}
+
+#[test]
+fn start_waits_for_the_drives() {
+    let (mut executor, mut drives) = (executor(), Drives::at(&start()));
+    drives.enabling_ticks = 3;
+    executor.load(&trajectory(), &start()).unwrap();
+    executor.tick(&mut drives);
+    executor.arm().unwrap();
+    executor.tick(&mut drives);
+    assert_eq!(executor.start(), Err(Refusal::NotEnabled { axis: 0 }));
+}
+
+#[test]
+fn arming_needs_fresh_feedback_near_the_first_node() {
+    let (mut executor, mut drives) = brought_to(State::Ready);
+    drives.spoil(|feedback| feedback[1].age_ticks = 3);
+    executor.tick(&mut drives);
+    let stale = FaultCause::FeedbackStale {
+        axis: 1,
+        age_ticks: 3,
+        limit_ticks: 2,
+    };
+    assert_eq!(executor.arm(), Err(Refusal::Feedback(stale)));
+
+    drives.spoil(|feedback| feedback[1].position_rad = -0.9);
+    executor.tick(&mut drives);
+    let (measured_rad, first_rad) = (-0.9, -1.0);
+    assert_eq!(
+        executor.arm(),
+        Err(Refusal::NotAtStart {
+            axis: 1,
+            measured_rad,
+            first_rad,
+            tolerance_rad: 1e-3
+        })
+    );
+
+    drives.bus_broken = true;
+    executor.tick(&mut drives);
+    assert_eq!(executor.arm(), Err(Refusal::NoFeedback));
+    assert_eq!((executor.state(), drives.exchanges), (State::Ready, 0));
+}
+
+#[test]
+fn a_rejected_trajectory_leaves_the_loaded_one() {
+    let (mut executor, _) = brought_to(State::Ready);
+    let jump = changed(&limits(), |index, value| {
+        if index == (1, 0, 0, 0) {
+            value + 0.1
+        } else {
+            value
+        }
+    });
+    assert!(matches!(
+        executor.load(&jump, &start()),
+        Err(Refusal::Rejected(Rejection::Jump { .. }))
+    ));
+    assert_eq!(
+        (executor.trajectory(), executor.state()),
+        (&trajectory(), State::Ready)
+    );
+}
+
+#[test]
+fn the_next_move_follows_without_losing_torque() {
+    let (mut executor, mut drives) = brought_to(State::Done);
+    let safes = drives.safes;
+    let back = changed(&limits(), |(_, _, quantity, axis), value| {
+        if quantity == 0 {
+            2.0 * START_RAD[axis] + common::REACH_RAD[axis] - value
+        } else {
+            -value
+        }
+    });
+    let end =
+        SVector::<f32, AXES>::from_fn(|axis, _| (START_RAD[axis] + common::REACH_RAD[axis]) as f32);
+    executor.load(&back, &end).unwrap();
+    executor.tick(&mut drives);
+    executor.start().unwrap();
+    while executor.state() == State::Running {
+        executor.tick(&mut drives);
+    }
+    assert_eq!((executor.state(), drives.safes), (State::Done, safes));
+}
+
+#[test]
+fn every_fault_takes_the_torque_away_and_latches_its_first_cause() {
+    type Spoil = fn(&mut Drives);
+    let cases: [(Spoil, FaultCause); 6] = [
+        (
+            |drives| drives.bus_broken = true,
+            FaultCause::ExchangeFailed,
+        ),
+        (
+            |drives| {
+                drives.spoil(|feedback| feedback[1].status = DriveStatus::Fault { code: 0x7500 })
+            },
+            FaultCause::DriveFault {
+                axis: 1,
+                code: 0x7500,
+            },
+        ),
+        (
+            |drives| drives.spoil(|feedback| feedback[0].status = DriveStatus::Disabled),
+            FaultCause::DriveDisabled { axis: 0 },
+        ),
+        (
+            |drives| drives.spoil(|feedback| feedback[0].position_rad = f32::NAN),
+            FaultCause::FeedbackNotFinite { axis: 0 },
+        ),
+        (
+            |drives| drives.spoil(|feedback| feedback[1].velocity_rad_per_s = f32::INFINITY),
+            FaultCause::FeedbackNotFinite { axis: 1 },
+        ),
+        (
+            |drives| drives.spoil(|feedback| feedback[0].age_ticks = 3),
+            FaultCause::FeedbackStale {
+                axis: 0,
+                age_ticks: 3,
+                limit_ticks: 2,
+            },
+        ),
+    ];
+    for (spoil, cause) in cases {
+        for state in [State::Running, State::Done] {
+            let (mut executor, mut drives) = brought_to(state);
+            let before = executor.tick(&mut drives);
+            spoil(&mut drives);
+            let report = executor.tick(&mut drives);
+            assert_eq!(report.state, State::Fault, "{cause:?} in {state:?}");
+            let fault = report.fault.unwrap();
+            assert_eq!((fault.cause, fault.tick), (cause, before.tick + 1));
+
+            let exchanges = drives.exchanges;
+            drives.spoil(|feedback| feedback[0].position_rad = f32::NAN);
+            for _ in 0..10 {
+                let report = executor.tick(&mut drives);
+                assert_eq!((report.state, report.fault), (State::Fault, Some(fault)));
+                assert!(
+                    report
+                        .setpoints
+                        .iter()
+                        .all(|setpoint| setpoint.position_rad.is_finite())
+                );
+            }
+            executor.emergency_stop();
+            assert_eq!(executor.fault(), Some(fault), "the first cause stays");
+            assert_eq!(drives.exchanges, exchanges, "no set-point after a fault");
+            assert!(drives.safes >= 11);
+            executor.clear().unwrap();
+            assert_eq!((executor.state(), executor.fault()), (State::Ready, None));
+        }
+    }
+}
+
+#[test]
+fn a_blocked_axis_is_a_following_error_with_its_numbers_and_peak() {
+    let (mut executor, mut drives) = brought_to(State::Running);
+    drives.spoil(|feedback| feedback[0].position_rad = START_RAD[0] as f32);
+    let fault = loop {
+        if let Some(fault) = executor.tick(&mut drives).fault {
+            break fault;
+        }
+    };
+    let FaultCause::FollowingError {
+        axis: 0,
+        error_rad,
+        limit_rad,
+    } = fault.cause
+    else {
+        panic!("{fault:?}")
+    };
+    assert!(error_rad > limit_rad && limit_rad > 0.01, "{fault}");
+    assert_eq!(executor.monitor().peak_following_error_rad()[0], error_rad);
+    assert_eq!(executor.monitor().peak_following_error_rad()[1], 0.0);
+}
+
+#[test]
+fn torque_rate_between_the_nodes_is_limited_and_flagged_but_no_fault() {
+    // τ = c (1 + x)² (1 − x) on three points: τ′ is −1.81 c at the last node and −4 c at the end.
+    let (c, duration_ticks) = (10.0, 100_000);
+    let rate_nm_per_s = (1.9 * c * 2.0 / 0.01) as f32;
+    let axis = AxisLimits {
+        torque_rate_nm_per_s: rate_nm_per_s,
+        ..common::axis_limits()
+    };
+    let limits = Limits::new(&[axis; AXES]).unwrap();
+    let mut nodes = [0.0; 4];
+    lgr::support_nodes(&mut nodes).unwrap();
+    let mut builder = stillpoint_shared::TrajectoryBuilder::new(1, &limits);
+    let rows: Vec<f64> = nodes
+        .iter()
+        .flat_map(|x| [0.0, 0.0, 0.0, 0.0, c * (1.0 + x).powi(2) * (1.0 - x), 0.0])
+        .collect();
+    let trajectory: Trajectory = builder
+        .interval(duration_ticks, 3, &rows)
+        .map(|_| ())
+        .and_then(|()| builder.finish())
+        .unwrap();
+
+    let mut executor = Executor::<AXES>::new(limits, Config::default()).unwrap();
+    let mut drives = Drives::at(&SVector::zeros());
+    executor.tick(&mut drives);
+    executor.load(&trajectory, &SVector::zeros()).unwrap();
+    executor.arm().unwrap();
+    executor.tick(&mut drives);
+    executor.start().unwrap();
+    let mut previous_nm = 0.0;
+    let mut flagged = 0;
+    while executor.state() == State::Running {
+        let report = executor.tick(&mut drives);
+        let torque_nm = report.setpoints[0].torque_nm;
+        assert!((torque_nm - previous_nm).abs() <= rate_nm_per_s * 250e-6 * 1.000_2);
+        previous_nm = torque_nm;
+        flagged += u32::from(report.limited[0] == LimitFlags::TORQUE_RATE);
+        assert_eq!((report.limited[1], report.fault), (LimitFlags::NONE, None));
+    }
+    assert!(flagged > 0);
+    assert_eq!(executor.state(), State::Done);
+    assert_eq!(
+        executor.limited(),
+        &[LimitFlags::TORQUE_RATE, LimitFlags::NONE],
+        "sticky"
+    );
+}
+
+#[test]
+fn impossible_configurations_are_refused() {
+    let made = |limits: Limits, config| Executor::<AXES>::new(limits, config).err();
+    let three = Limits::new(&[common::axis_limits(); 3]).unwrap();
+    assert_eq!(
+        made(three, Config::default()),
+        Some(ConfigError::Axes {
+            limits: 3,
+            executor: 2
+        })
+    );
+    let config = Config {
+        period_ticks: 0,
+        ..Config::default()
+    };
+    assert_eq!(
+        made(limits(), config),
+        Some(ConfigError::Value {
+            name: "period_ticks",
+            value: 0.0
+        })
+    );
+    let mut config = Config::default();
+    config.monitor.following_lag_s = f32::NAN;
+    assert!(made(limits(), config).is_some());
+}
+
+#[test]
+fn refusals_and_faults_say_what_to_do() {
+    let (mut executor, mut drives) = brought_to(State::Running);
+    assert_eq!(
+        executor.disarm().unwrap_err().to_string(),
+        "Disarm is not possible in state Running, only in [Armed, Done]"
+    );
+    drives.bus_broken = true;
+    let fault = executor.tick(&mut drives).fault.unwrap();
+    assert_eq!(
+        fault.to_string(),
+        "the bus to the drives failed: check cabling and supply, then clear (tick 3)"
+    );
+}
