@@ -1,50 +1,40 @@
 //! Probe.
-use std::sync::Arc;
 use std::time::Instant;
 use stillpoint::movefile::MoveFile;
 use stillpoint::nlp::*;
-use stillpoint::ocp::*;
 use stillpoint::plan::*;
 fn main() {
     let args: Vec<String> = std::env::args().collect();
     let t0 = Instant::now();
-    let file = MoveFile::read(&args[1]).unwrap_or_else(|e| panic!("{e}"));
-    let mesh = Mesh::uniform(args[2].parse().unwrap(), args[3].parse().unwrap());
-    let guess = quintic_guess(&file, args[4].parse().unwrap());
-    let t = Arc::new(Transcription::new(
-        Arc::new(move_problem(&file)),
-        mesh,
-        &guess,
-    ));
-    let x = t.unknowns(&guess);
-    let nlp = CollocationNlp::new(Arc::clone(&t), x, None);
-    println!(
-        "setup {:?} n {} m {} jac {} hess {}",
-        t0.elapsed(),
-        t.variables(),
-        t.constraints(),
-        nlp.jacobian_structure().len(),
-        nlp.hessian_structure().len()
-    );
-    let t1 = Instant::now();
-    let out = Pounce.solve(
-        Box::new(nlp),
-        &Settings {
-            tolerance: 1e-6,
-            max_iterations: 2000,
-        },
-        Box::new(|i| {
+    let mut file = MoveFile::read(&args[1]).unwrap_or_else(|e| panic!("{e}"));
+    if args.len() > 3 {
+        file.mesh.intervals = args[2].parse().unwrap();
+        file.mesh.points = args[3].parse().unwrap();
+    }
+    println!("rigid {:?}", rigid_duration_s(&file));
+    match plan(
+        &file,
+        &Pounce,
+        Box::new(|i, _| {
             if std::env::var("LOG").is_ok() {
                 println!("{i:?}");
             }
             true
         }),
-    );
-    println!(
-        "{} it {} solve {:?} T {}",
-        out.status,
-        out.iterations,
-        t1.elapsed(),
-        t.solution(&out.x).duration_s
-    );
+    ) {
+        Ok(p) => {
+            println!(
+                "T {} {:?}\n miss {:?} {}\n viol {:?}",
+                p.solution.duration_s,
+                p.effort,
+                p.end_miss,
+                p.end_miss.largest(),
+                p.largest_violation
+            );
+            let mut b = vec![0; 20000];
+            println!("bytes {}", p.trajectory.encode(&mut b).unwrap().len());
+        }
+        Err(e) => println!("{e}"),
+    }
+    println!("{:?}", t0.elapsed());
 }

@@ -120,7 +120,13 @@ pub(super) fn stiffness<M: Machine>(machine: &M, q: &[f64]) -> DMatrix<f64> {
     for column in 0..n {
         let mut point: Vec<Dual<1>> = q.iter().map(|&x| Dual::constant(x)).collect();
         point[column] = Dual::seed(q[column], 0);
-        machine.dynamics(&point, &vec![zero; n], &vec![zero; n], &mut force, &mut jacobian);
+        machine.dynamics(
+            &point,
+            &vec![zero; n],
+            &vec![zero; n],
+            &mut force,
+            &mut jacobian,
+        );
         for row in 0..n {
             out[(row, column)] = force[row].gradient[0];
         }

@@ -17,4 +17,4 @@ pub use model::{Exact, Model};
 pub use problem::{Bounds, Differentiable, OptimalControlProblem, Quantity, Sizes, Structure};
 pub use scaling::Scaling;
 pub use solution::Solution;
-pub use transcription::{CollocationNlp, RowMeaning, Transcription};
+pub use transcription::{CollocationNlp, RowMeaning, Transcription, VariableMeaning};

@@ -63,6 +63,15 @@ pub struct RowMeaning {
     pub bounds: Bounds,
 }
 
+/// What a variable of the nonlinear program is, for people.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VariableMeaning {
+    /// Name of the state or control.
+    pub name: String,
+    /// Moment as share of the duration.
+    pub share: f64,
+}
+
 impl Transcription {
     /// Transcribes a problem on a mesh, scaled by a first guess.
     ///
@@ -302,5 +311,31 @@ impl Transcription {
                 }),
         );
         rows
+    }
+
+    /// What each variable means; its duration is not among them.
+    #[must_use]
+    pub fn variable_meanings(&self) -> Vec<VariableMeaning> {
+        let problem = &self.problem;
+        let mut all = Vec::with_capacity(self.variables());
+        for point in 0..=self.points.len() {
+            let share = self.share(point);
+            let controls = if point < self.points.len() {
+                problem.controls.as_slice()
+            } else {
+                &[]
+            };
+            all.extend(
+                problem
+                    .states
+                    .iter()
+                    .chain(controls)
+                    .map(|quantity| VariableMeaning {
+                        name: quantity.name.clone(),
+                        share,
+                    }),
+            );
+        }
+        all
     }
 }

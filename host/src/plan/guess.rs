@@ -1,14 +1,18 @@
-//! The first guess of a move: a quintic along the straight line between the poses.
+//! The first guess of a move: a quintic along the straight line between the poses, at a speed that the motors of the
+//! undeformed machine could just follow.
 
-use crate::movefile::MoveFile;
+use crate::machine::{Equations, Plant};
+use crate::movefile::{Limits, MoveFile};
 use crate::ocp::Guess;
+use nalgebra::{DMatrix, DVector};
 
-/// 6s⁵ − 15s⁴ + 10s³ and its derivative.
-fn quintic(s: f64) -> (f64, f64) {
-    (
+/// 6s⁵ − 15s⁴ + 10s³ with its first and second derivative.
+fn quintic(s: f64) -> [f64; 3] {
+    [
         s * s * s * (10.0 + s * (6.0 * s - 15.0)),
         30.0 * s * s * (1.0 - s) * (1.0 - s),
-    )
+        60.0 * s * (1.0 + s * (2.0 * s - 3.0)),
+    ]
 }
 
 /// Undeformed machine moving along a quintic in `duration_s`; torques and torque rates zero.
@@ -18,7 +22,7 @@ pub fn quintic_guess(file: &MoveFile, duration_s: f64) -> Guess {
     let (from, to) = (plant.rest(&file.from), plant.rest(&file.to));
     let axes = plant.axis_count();
     Guess::new(duration_s, move |share| {
-        let (s, slope) = quintic(share);
+        let [s, slope, _] = quintic(share);
         let mut state = vec![0.0; axes];
         state.extend(from.iter().zip(&to).map(|(a, b)| a + s * (b - a)));
         state.extend(
@@ -28,4 +32,67 @@ pub fn quintic_guess(file: &MoveFile, duration_s: f64) -> Guess {
         );
         (state, vec![0.0; axes])
     })
+}
+
+/// Shortest duration (s) in which the undeformed machine's motors can follow the quintic within their own limits.
+///
+/// At the duration T torques are those of one second over T², their rates over T³ and speeds over T. `None` where the
+/// straight line leaves the machine's reach or passes a singular pose.
+#[must_use]
+pub fn rigid_duration_s(file: &MoveFile) -> Option<f64> {
+    const SAMPLES: usize = 64;
+    let plant = file.machine.plant();
+    let speed_limit = file.limits.joint_speed_rad_per_s(plant.reducer_ratio());
+    let Limits {
+        torque_nm,
+        torque_rate_nm_per_s,
+        ..
+    } = file.limits;
+    let mut before: Option<DVector<f64>> = None;
+    let (mut torque, mut rate, mut speed) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for k in 0..=SAMPLES {
+        let (torques, speeds) = rigid_motors(plant, file, k as f64 / SAMPLES as f64)?;
+        torque = torque.max(torques.amax());
+        speed = speed.max(speeds.amax());
+        if let Some(before) = &before {
+            rate = rate.max((&torques - before).amax() * SAMPLES as f64);
+        }
+        before = Some(torques);
+    }
+    let duration = (torque / torque_nm)
+        .sqrt()
+        .max((rate / torque_rate_nm_per_s).cbrt())
+        .max(speed / speed_limit);
+    (duration.is_finite() && duration > 0.0).then_some(duration)
+}
+
+/// Torques and joint rates of the undeformed machine at a share of a quintic of one second.
+fn rigid_motors(
+    plant: &dyn Plant,
+    file: &MoveFile,
+    share: f64,
+) -> Option<(DVector<f64>, DVector<f64>)> {
+    let [s, rate, acceleration] = quintic(share);
+    let (from, to) = (plant.rest(&file.from), plant.rest(&file.to));
+    let line = DVector::from_iterator(from.len(), to.iter().zip(&from).map(|(b, a)| b - a));
+    let q: Vec<f64> = from.iter().zip(&line).map(|(a, d)| a + s * d).collect();
+    let v = &line * rate;
+    let mut equations = Equations::new(plant);
+    plant.equations(&q, v.as_slice(), &mut equations);
+    let (n, axes) = (plant.coordinate_count(), plant.axis_count());
+    let mass = DMatrix::from_row_slice(n, n, &equations.mass_matrix);
+    let jacobian = DMatrix::from_row_slice(axes, n, &equations.joint_jacobian);
+    let force = mass * &line * acceleration + DVector::from_column_slice(&equations.bias);
+    // The motors carry the rigid coordinates; the elastic ones are carried by the structure.
+    let rigid: Vec<usize> = (plant.coordinates().iter().enumerate())
+        .filter(|(_, c)| !c.elastic)
+        .map(|(i, _)| i)
+        .collect();
+    let torques = jacobian
+        .select_columns(&rigid)
+        .transpose()
+        .lu()
+        .solve(&force.select_rows(&rigid))?;
+    let finite = torques.iter().all(|t| t.is_finite());
+    finite.then(|| (torques, jacobian * v))
 }

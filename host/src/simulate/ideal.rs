@@ -129,7 +129,10 @@ pub fn simulate(
     let mut pieces = path.profile().breaks_s();
     pieces.push(end_s);
 
-    let mut recording = Recording { move_s, frames: Vec::new() };
+    let mut recording = Recording {
+        move_s,
+        frames: Vec::new(),
+    };
     let mut state = path.coordinates(0.0);
     state.resize(2 * n, 0.0);
     let mut time_s = 0.0;

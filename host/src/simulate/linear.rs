@@ -45,7 +45,11 @@ mod tests {
         let mut a = [0.0, 2.0, 1.0, 1.0, 1.0, 0.0, 2.0, 0.0, 3.0];
         let mut b = [7.0, 3.0, 11.0];
         assert_eq!(solve(&mut a, &mut b), Some(()));
-        assert!(b.iter().zip([1.0, 2.0, 3.0]).all(|(x, e)| (x - e).abs() < 1e-14));
+        assert!(
+            b.iter()
+                .zip([1.0, 2.0, 3.0])
+                .all(|(x, e)| (x - e).abs() < 1e-14)
+        );
         assert_eq!(solve(&mut [1.0, 2.0, 2.0, 4.0], &mut [1.0, 1.0]), None);
         assert_eq!(solve(&mut [f64::NAN, 2.0, 2.0, 4.0], &mut [1.0, 1.0]), None);
     }

@@ -21,7 +21,9 @@ pub struct Mode {
 #[non_exhaustive]
 pub enum ModesError {
     /// M or J is singular or undefined.
-    #[error("the machine has no modes of vibration at this pose: it is singular there or cannot be assembled")]
+    #[error(
+        "the machine has no modes of vibration at this pose: it is singular there or cannot be assembled"
+    )]
     Singular,
 }
 
@@ -39,7 +41,10 @@ pub fn locked(plant: &dyn Plant, q: &[f64]) -> Result<Vec<Mode>, ModesError> {
     let mass = &scale * DMatrix::from_row_slice(n, n, &equations.mass_matrix) * &scale;
     let stiffness = &scale * plant.stiffness(q) * &scale;
     let jacobian = DMatrix::from_row_slice(axes, n, &equations.joint_jacobian) * &scale;
-    if [&mass, &stiffness, &jacobian].iter().any(|m| m.iter().any(|x| !x.is_finite())) {
+    if [&mass, &stiffness, &jacobian]
+        .iter()
+        .any(|m| m.iter().any(|x| !x.is_finite()))
+    {
         return Err(ModesError::Singular);
     }
 
@@ -76,7 +81,10 @@ pub fn locked(plant: &dyn Plant, q: &[f64]) -> Result<Vec<Mode>, ModesError> {
 pub fn distinct_hz(modes: &[Mode]) -> Vec<f64> {
     let mut distinct: Vec<f64> = Vec::new();
     for frequency_hz in modes.iter().map(|m| m.frequency_hz).filter(|f| *f > 0.0) {
-        if distinct.last().is_none_or(|last| frequency_hz > 1.01 * last) {
+        if distinct
+            .last()
+            .is_none_or(|last| frequency_hz > 1.01 * last)
+        {
             distinct.push(frequency_hz);
         }
     }

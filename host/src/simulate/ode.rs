@@ -38,13 +38,17 @@ pub struct Samples {
 #[non_exhaustive]
 pub enum OdeError {
     /// f has no value at the state reached.
-    #[error("the motion cannot be continued beyond {time_s:.6} s: the equations have no solution there")]
+    #[error(
+        "the motion cannot be continued beyond {time_s:.6} s: the equations have no solution there"
+    )]
     Undefined {
         /// Last time reached.
         time_s: f64,
     },
     /// The steps became too many or too small.
-    #[error("the motion cannot be computed beyond {time_s:.6} s to the accuracy asked for: {reason}")]
+    #[error(
+        "the motion cannot be computed beyond {time_s:.6} s to the accuracy asked for: {reason}"
+    )]
     Stuck {
         /// Last time reached.
         time_s: f64,
@@ -93,7 +97,9 @@ impl Solout<f64, Vec<f64>> for Sampler<'_> {
             }
             // Before the first step there is nothing to interpolate.
             let state = (wanted < t).then(|| interpolator.interpolate(wanted).ok());
-            self.samples.states.push(state.flatten().unwrap_or_else(|| y.clone()));
+            self.samples
+                .states
+                .push(state.flatten().unwrap_or_else(|| y.clone()));
         }
         self.reached_s = t;
         self.samples.end.clone_from(y);
@@ -140,7 +146,11 @@ pub fn integrate(
         reached_s: from_s,
     };
     if to_s > from_s {
-        let absolute: Vec<f64> = tolerance.scale.iter().map(|s| s * tolerance.relative).collect();
+        let absolute: Vec<f64> = tolerance
+            .scale
+            .iter()
+            .map(|s| s * tolerance.relative)
+            .collect();
         let mut method = ExplicitRungeKutta::dop853()
             .rtol(tolerance.relative)
             .atol(absolute);

@@ -28,7 +28,12 @@ impl<'a> RigidPath<'a> {
     /// From pose to pose.
     #[must_use]
     pub fn new(plant: &'a dyn Plant, from: &'a [f64], to: &'a [f64], profile: &'a Profile) -> Self {
-        Self { plant, from, to, profile }
+        Self {
+            plant,
+            from,
+            to,
+            profile,
+        }
     }
 
     /// The profile.
@@ -42,7 +47,11 @@ impl<'a> RigidPath<'a> {
         let (start, end) = (self.plant.rest(self.from), self.plant.rest(self.to));
         let profile = self.profile.at(time_s);
         let direction: Vec<f64> = end.iter().zip(&start).map(|(e, s)| e - s).collect();
-        let q = start.iter().zip(&direction).map(|(s, d)| s + d * profile[0]).collect();
+        let q = start
+            .iter()
+            .zip(&direction)
+            .map(|(s, d)| s + d * profile[0])
+            .collect();
         (q, direction, profile)
     }
 

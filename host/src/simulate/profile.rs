@@ -34,7 +34,10 @@ impl Shaper {
     #[must_use]
     pub fn none() -> Self {
         Self {
-            impulses: vec![Impulse { delay_s: 0.0, share: 1.0 }],
+            impulses: vec![Impulse {
+                delay_s: 0.0,
+                share: 1.0,
+            }],
         }
     }
 
@@ -48,8 +51,14 @@ impl Shaper {
         let share = 1.0 / (1.0 + loss);
         Self {
             impulses: vec![
-                Impulse { delay_s: 0.0, share },
-                Impulse { delay_s, share: 1.0 - share },
+                Impulse {
+                    delay_s: 0.0,
+                    share,
+                },
+                Impulse {
+                    delay_s,
+                    share: 1.0 - share,
+                },
             ],
         }
     }
@@ -181,7 +190,10 @@ mod tests {
             for order in 0..3 {
                 let slope = (after[order] - before[order]) / (2.0 * h);
                 let size = 60.0 / 0.05_f64.powi(order as i32 + 1);
-                assert!((slope - now[order + 1]).abs() < 1e-4 * size, "{order} at {t}");
+                assert!(
+                    (slope - now[order + 1]).abs() < 1e-4 * size,
+                    "{order} at {t}"
+                );
             }
         }
         assert_eq!(profile.at(0.0), [0.0; 4]);
@@ -202,7 +214,10 @@ mod tests {
                 slope.copy_from_slice(&[x[1], push - 2.0 * mode.damping_ratio * omega * x[1]]);
                 Some(())
             };
-            let tolerance = Tolerance { relative: 1e-12, scale: vec![1.0, omega] };
+            let tolerance = Tolerance {
+                relative: 1e-12,
+                scale: vec![1.0, omega],
+            };
             let end = integrate(f, (0.0, profile.duration_s()), &[0.0; 2], &tolerance, &[])
                 .expect("smooth")
                 .end;
@@ -214,7 +229,10 @@ mod tests {
             assert!(residual(&Shaper::zvd(mode), mode) < 1e-9);
             assert!(residual(&both, mode) < 1e-9);
             // Off tune by 5 %: a ZV shaper leaves something, a ZVD shaper much less.
-            let off = Tuning { frequency_hz: 1.05 * mode.frequency_hz, ..mode };
+            let off = Tuning {
+                frequency_hz: 1.05 * mode.frequency_hz,
+                ..mode
+            };
             let (zv, zvd) = (
                 residual(&Shaper::zv(mode), off),
                 residual(&Shaper::zvd(mode), off),

@@ -43,21 +43,37 @@ fn explore() {
         std::hint::black_box(&mut e);
     }
     println!("equations {} ns", t.elapsed().as_nanos() / 10000);
-    println!("{:?}", modes::locked(&plant, &q).map(|m| modes::distinct_hz(&m)));
+    println!(
+        "{:?}",
+        modes::locked(&plant, &q).map(|m| modes::distinct_hz(&m))
+    );
     println!("{:?}", modes::locked(&axis(), &[0.0, 0.0]));
     let profile = Profile::new(0.0508, Shaper::none());
     let path = RigidPath::new(&plant, &FROM, &TO, &profile);
     for tolerance in [1e-4, 1e-5, 1e-6, 1e-8, 1e-10] {
         let t = std::time::Instant::now();
-        let settings = ideal::Settings { tolerance, ..Default::default() };
+        let settings = ideal::Settings {
+            tolerance,
+            ..Default::default()
+        };
         let r = ideal::simulate(&plant, &path, settings).expect("ok");
         let ms = t.elapsed().as_secs_f64() * 1e3;
         let outputs = Plant::outputs(&plant);
         let peak = |from: f64, to: f64, kind| {
-            r.frames.iter().filter(|f| (from..=to).contains(&f.time_s))
+            r.frames
+                .iter()
+                .filter(|f| (from..=to).contains(&f.time_s))
                 .flat_map(|f| f.outputs.iter().zip(&outputs))
-                .filter(|(_, o)| o.kind == kind).map(|(v, _)| v.abs()).fold(0.0, f64::max)
+                .filter(|(_, o)| o.kind == kind)
+                .map(|(v, _)| v.abs())
+                .fold(0.0, f64::max)
         };
-        println!("{tolerance:e} {ms} ms {} frames: {} {} {}", r.frames.len(), peak(0.0, 1.0, OutputKind::Strain), peak(r.move_s, 1.0, OutputKind::Strain), peak(0.0, 1.0, OutputKind::ElasticDisplacement));
+        println!(
+            "{tolerance:e} {ms} ms {} frames: {} {} {}",
+            r.frames.len(),
+            peak(0.0, 1.0, OutputKind::Strain),
+            peak(r.move_s, 1.0, OutputKind::Strain),
+            peak(0.0, 1.0, OutputKind::ElasticDisplacement)
+        );
     }
 }

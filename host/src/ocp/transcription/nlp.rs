@@ -6,6 +6,7 @@ use crate::ocp::problem::Bounds;
 use std::sync::Arc;
 
 /// The nonlinear program of a [`Transcription`], with a start.
+#[derive(Clone)]
 pub struct CollocationNlp {
     transcription: Arc<Transcription>,
     start: Start,
@@ -22,7 +23,7 @@ pub struct CollocationNlp {
 }
 
 /// Stage values and Jacobian entries at all support points of one iterate.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Evaluated {
     x: Vec<f64>,
     values: Vec<f64>,

@@ -1,0 +1,146 @@
+//! Is the answer true? Two checks that the solver knows nothing of: the dynamics integrated with error control under
+//! the interpolated control, and every limit sampled between the points.
+
+use crate::ocp::{OptimalControlProblem, Solution};
+use crate::simulate::ode::{OdeError, Tolerance, integrate};
+
+/// Samples per interval when limits are looked at between the points.
+const SAMPLES_PER_INTERVAL: usize = 100;
+
+/// Relative accuracy of the integration.
+const INTEGRATION_TOLERANCE: f64 = 1e-10;
+
+/// The limit that is exceeded most, or, if none is, the one that comes closest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LargestViolation {
+    /// Name of the limited quantity, with unit.
+    pub limit: String,
+    /// Moment, s.
+    pub time_s: f64,
+    /// Value there.
+    pub value: f64,
+    /// Bound that it exceeds or approaches.
+    pub bound: f64,
+}
+
+impl LargestViolation {
+    /// Excess over the bound relative to the bound; negative inside.
+    #[must_use]
+    pub fn relative(&self) -> f64 {
+        excess(self.value, self.bound)
+    }
+}
+
+/// Where the machine really ends, against where it should.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EndMiss {
+    /// Difference per state, in the state's own unit.
+    pub states: Vec<(String, f64)>,
+    /// Number of torques at the beginning of `states`.
+    torques: usize,
+}
+
+impl EndMiss {
+    /// Largest miss of a coordinate, in its own unit (m, rad, 1/m).
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        let coordinates = (self.states.len() - self.torques) / 2;
+        let positions = &self.states[self.torques..self.torques + coordinates];
+        positions.iter().fold(0.0, |m, (_, miss)| m.max(miss.abs()))
+    }
+}
+
+/// Integrates ẋ = f(x, u(t)) over every interval in turn and compares the end with the planned one.
+///
+/// # Errors
+/// [`OdeError`] when the machine cannot follow the control to the end.
+pub fn end_miss(problem: &OptimalControlProblem, solution: &Solution) -> Result<EndMiss, OdeError> {
+    let sizes = problem.sizes;
+    let mut state: Vec<f64> = solution.states.column(0).iter().copied().collect();
+    let tolerance = Tolerance {
+        relative: INTEGRATION_TOLERANCE,
+        scale: (0..sizes.states)
+            .map(|i| solution.states.row(i).amax().max(1e-6))
+            .collect(),
+    };
+    let mut start_share = 0.0;
+    for (interval, spec) in solution.mesh.intervals().iter().enumerate() {
+        let length_s = spec.fraction * solution.duration_s;
+        let middle = solution.place(start_share + spec.fraction / 2.0);
+        debug_assert_eq!(middle.interval, interval);
+        let f = |time_s: f64, x: &[f64], slope: &mut [f64]| {
+            let mut place = middle;
+            place.local = 2.0 * time_s / length_s - 1.0;
+            let z: Vec<f64> = x
+                .iter()
+                .copied()
+                .chain(solution.control_at(place))
+                .collect();
+            let mut values = vec![0.0; sizes.stage_values()];
+            problem.stage.values(&z, &mut values);
+            slope.copy_from_slice(&values[..sizes.states]);
+            slope.iter().all(|s| s.is_finite()).then_some(())
+        };
+        state = integrate(f, (0.0, length_s), &state, &tolerance, &[])?.end;
+        start_share += spec.fraction;
+    }
+    let planned = solution.states.column(solution.states.ncols() - 1);
+    Ok(EndMiss {
+        states: (problem.states.iter().zip(state.iter().zip(planned.iter())))
+            .map(|(quantity, (reached, planned))| (quantity.name.clone(), reached - planned))
+            .collect(),
+        torques: sizes.controls,
+    })
+}
+
+/// Samples every bounded state, control and path quantity densely, ends of the intervals included.
+#[must_use]
+pub fn largest_violation(
+    problem: &OptimalControlProblem,
+    solution: &Solution,
+) -> Option<LargestViolation> {
+    let sizes = problem.sizes;
+    let mut worst: Option<LargestViolation> = None;
+    let mut start_share = 0.0;
+    let mut values = vec![0.0; sizes.stage_values()];
+    for spec in solution.mesh.intervals() {
+        let middle = solution.place(start_share + spec.fraction / 2.0);
+        for sample in 0..=SAMPLES_PER_INTERVAL {
+            let local = 2.0 * sample as f64 / SAMPLES_PER_INTERVAL as f64 - 1.0;
+            let mut place = middle;
+            place.local = local;
+            let time_s = (start_share + spec.fraction * (local + 1.0) / 2.0) * solution.duration_s;
+            let (x, u) = (solution.state_at(place), solution.control_at(place));
+            let z: Vec<f64> = x.iter().chain(&u).copied().collect();
+            problem.stage.values(&z, &mut values);
+            let path = &values[sizes.states..sizes.states + sizes.path];
+            let quantities = (problem.states.iter().zip(&x))
+                .chain(problem.controls.iter().zip(&u))
+                .chain(problem.path.iter().zip(path));
+            for (quantity, &value) in quantities {
+                for (bound, reached) in [
+                    (quantity.bounds.upper, value),
+                    (quantity.bounds.lower, value),
+                ] {
+                    let candidate = excess(reached, bound);
+                    if bound.is_finite() && worst.as_ref().is_none_or(|w| candidate > w.relative())
+                    {
+                        worst = Some(LargestViolation {
+                            limit: quantity.name.clone(),
+                            time_s,
+                            value,
+                            bound,
+                        });
+                    }
+                }
+            }
+        }
+        start_share += spec.fraction;
+    }
+    worst
+}
+
+/// Excess of a value over a bound on its side, relative to the bound; all our bounds lie on both sides of zero.
+fn excess(value: f64, bound: f64) -> f64 {
+    value * bound.signum() / bound.abs() - 1.0
+}

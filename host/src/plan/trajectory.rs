@@ -1,0 +1,93 @@
+//! From the planner's polynomials to what the board plays: joint angles, joint rates and torques at the nodes.
+
+use crate::machine::Plant;
+use crate::movefile::Limits;
+use crate::ocp::Solution;
+use stillpoint_shared::{
+    self as shared, AxisLimits, LimitsError, TrajectoryBuilder, TrajectoryError, time,
+};
+
+/// Why a solution cannot become a trajectory.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConversionError {
+    /// The limits do not fit the board's numbers.
+    #[error("the limits cannot be given to the board: {0}")]
+    Limits(LimitsError),
+    /// The move does not fit the board.
+    #[error("the move does not fit the board: {0}")]
+    Trajectory(TrajectoryError),
+    /// An interval is too long for the board's clock.
+    #[error("interval {interval} lasts {duration_s} s: the board counts at most 429 s")]
+    Duration {
+        /// Interval, from 1.
+        interval: usize,
+        /// Its length.
+        duration_s: f64,
+    },
+}
+
+/// The limits that the board enforces: those of the axes, at the joint.
+///
+/// # Errors
+/// Limits that are not positive numbers in f32.
+pub fn board_limits(plant: &dyn Plant, limits: &Limits) -> Result<shared::Limits, ConversionError> {
+    let ratio = plant.reducer_ratio();
+    let axis = AxisLimits {
+        torque_nm: limits.torque_nm as f32,
+        torque_rate_nm_per_s: limits.torque_rate_nm_per_s as f32,
+        speed_rad_per_s: limits.joint_speed_rad_per_s(ratio) as f32,
+        knee_speed_rad_per_s: limits.knee_rad_per_s(ratio) as f32,
+        slope_nm_s_per_rad: limits.slope_nm_s_per_rad(ratio) as f32,
+    };
+    shared::Limits::new(&vec![axis; plant.axis_count()]).map_err(ConversionError::Limits)
+}
+
+/// The trajectory of a planned move, named by `id`.
+///
+/// Interval lengths are rounded up to ticks of 0.1 µs, so no rate grows.
+///
+/// # Errors
+/// [`ConversionError`] when the move does not fit the board.
+pub fn trajectory(
+    plant: &dyn Plant,
+    limits: &Limits,
+    solution: &Solution,
+    id: u32,
+) -> Result<shared::Trajectory, ConversionError> {
+    let board = board_limits(plant, limits)?;
+    let (axes, n) = (plant.axis_count(), plant.coordinate_count());
+    let mut builder = TrajectoryBuilder::new(id, &board);
+    let mut first = 0;
+    let mut angles: Option<Vec<f64>> = None;
+    for (index, ((_, length_s), rule)) in solution.intervals_s().zip(&solution.rules).enumerate() {
+        let mut rows = Vec::with_capacity((rule.points() + 1) * 3 * axes);
+        for node in first..=first + rule.points() {
+            let state = solution.states.column(node);
+            let (torque, motion) = state.as_slice().split_at(axes);
+            let (q, v) = motion.split_at(n);
+            let mut here = plant.joint_angles(q);
+            if let Some(before) = &angles {
+                for (angle, near) in here.iter_mut().zip(before) {
+                    *angle = crate::simulate::path::unwrapped(*angle, *near);
+                }
+            }
+            rows.extend_from_slice(&here);
+            rows.extend(plant.joint_rates(q, v));
+            rows.extend_from_slice(torque);
+            angles = Some(here);
+        }
+        let ticks = (length_s * f64::from(time::TIME_TICKS_PER_SECOND)).ceil();
+        if !(1.0..=f64::from(u32::MAX)).contains(&ticks) {
+            return Err(ConversionError::Duration {
+                interval: index + 1,
+                duration_s: length_s,
+            });
+        }
+        builder
+            .interval(ticks as u32, rule.points(), &rows)
+            .map_err(ConversionError::Trajectory)?;
+        first += rule.points();
+    }
+    builder.finish().map_err(ConversionError::Trajectory)
+}
