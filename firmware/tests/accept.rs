@@ -4,7 +4,7 @@ mod common;
 
 use common::{
     AXES, DURATION_TICKS, INTERVAL_TICKS, INTERVALS, Index, POINTS, REACH_RAD, axis_limits,
-    changed, limits, start, trajectory,
+    changed, late_push, limits, start, trajectory,
 };
 use proptest::prelude::*;
 use stillpoint_firmware::accept::{AcceptConfig, check};
@@ -426,6 +426,49 @@ fn a_move_that_touches_its_limits_is_accepted() {
             ..
         })
     ));
+}
+
+#[test]
+fn the_torque_rate_counts_at_every_point_of_every_interval() {
+    let c = 10.0;
+    let judged = |rate_nm_per_s: f64| {
+        let axis = AxisLimits {
+            torque_rate_nm_per_s: rate_nm_per_s as f32,
+            ..axis_limits()
+        };
+        let limits = Limits::new(&[axis; AXES]).unwrap();
+        check(
+            &late_push(&limits, c),
+            &limits,
+            &[0.0; AXES],
+            &AcceptConfig::default(),
+        )
+    };
+    // At the last of the three points, x = (1 + √6) / 5, not at the end: τ′ = c (1 + x) (1 − 3 x).
+    let x = (1.0 + 6.0f64.sqrt()) / 5.0;
+    let rate = c * (1.0 + x) * (1.0 - 3.0 * x) * 200.0;
+    assert_eq!(judged(-rate), Ok(()));
+    let Err(Rejection::Exceeds {
+        at,
+        limit: Limit::TorqueRate,
+        value,
+        ..
+    }) = judged(-rate * (1.0 - 1.2e-4))
+    else {
+        panic!("too fast at the last point")
+    };
+    assert!(
+        (f64::from(value) / rate - 1.0).abs() < 1e-6,
+        "{value} instead of {rate}"
+    );
+    assert_eq!(
+        at,
+        Place {
+            axis: 0,
+            interval: 1,
+            ticks: 100_000 + (50_000.0 * (1.0 + x)).round() as u32
+        }
+    );
 }
 
 #[test]

@@ -3,15 +3,16 @@
 mod common;
 
 use common::{
-    AXES, DURATION_TICKS, Drives, START_RAD, changed, executor, limits, start, trajectory,
+    AXES, DURATION_TICKS, Drives, START_RAD, changed, executor, late_push, limits, start,
+    trajectory,
 };
 use nalgebra::SVector;
 use stillpoint_firmware::{
-    Command, Config, ConfigError, DriveStatus, Executor, FaultCause, LimitFlags, Refusal,
-    Rejection, State, TickReport,
+    Command, Config, ConfigError, DriveStatus, Executor, FaultCause, IdealDrives, LimitFlags,
+    Refusal, Rejection, State, TickReport,
 };
 use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
-use stillpoint_shared::{AxisLimits, Limits, Player, Trajectory, lgr};
+use stillpoint_shared::{AxisLimits, Limits, Player};
 
 /// Executor and drives brought to a state with the test move loaded.
 fn brought_to(state: State) -> (Executor<AXES>, Drives) {
@@ -276,6 +277,22 @@ fn enabling_is_no_jump_and_the_axis_creeps_to_the_first_node() {
 }
 
 #[test]
+fn an_axis_that_sags_before_its_drive_holds_it_is_not_pulled_back() {
+    let (mut executor, mut drives) = brought_to(State::Ready);
+    drives.enabling_ticks = 2;
+    executor.arm().unwrap();
+    executor.tick(&mut drives);
+    let mut sagged = start();
+    sagged[1] -= 0.5e-3;
+    drives.ideal = IdealDrives::at(&sagged);
+    executor.tick(&mut drives);
+    assert_eq!(
+        executor.tick(&mut drives).setpoints[1].position_rad,
+        sagged[1]
+    );
+}
+
+#[test]
 fn start_waits_for_the_drives() {
     let (mut executor, mut drives) = (executor(), Drives::at(&start()));
     drives.enabling_ticks = 3;
@@ -402,8 +419,10 @@ fn every_fault_takes_the_torque_away_and_latches_its_first_cause() {
             let (mut executor, mut drives) = brought_to(state);
             let before = executor.tick(&mut drives);
             spoil(&mut drives);
+            let safes = drives.safes;
             let report = executor.tick(&mut drives);
             assert_eq!(report.state, State::Fault, "{cause:?} in {state:?}");
+            assert_eq!(drives.safes, safes + 1, "in the very tick");
             let fault = report.fault.unwrap();
             assert_eq!((fault.cause, fault.tick), (cause, before.tick + 1));
 
@@ -453,26 +472,14 @@ fn a_blocked_axis_is_a_following_error_with_its_numbers_and_peak() {
 
 #[test]
 fn torque_rate_between_the_nodes_is_limited_and_flagged_but_no_fault() {
-    // τ = c (1 + x)² (1 − x) on three points: τ′ is −1.81 c at the last node and −4 c at the end.
-    let (c, duration_ticks) = (10.0, 100_000);
-    let rate_nm_per_s = (1.9 * c * 2.0 / 0.01) as f32;
+    let c = 10.0;
+    let rate_nm_per_s = (1.9 * c * 200.0) as f32;
     let axis = AxisLimits {
         torque_rate_nm_per_s: rate_nm_per_s,
         ..common::axis_limits()
     };
     let limits = Limits::new(&[axis; AXES]).unwrap();
-    let mut nodes = [0.0; 4];
-    lgr::support_nodes(&mut nodes).unwrap();
-    let mut builder = stillpoint_shared::TrajectoryBuilder::new(1, &limits);
-    let rows: Vec<f64> = nodes
-        .iter()
-        .flat_map(|x| [0.0, 0.0, 0.0, 0.0, c * (1.0 + x).powi(2) * (1.0 - x), 0.0])
-        .collect();
-    let trajectory: Trajectory = builder
-        .interval(duration_ticks, 3, &rows)
-        .map(|_| ())
-        .and_then(|()| builder.finish())
-        .unwrap();
+    let trajectory = late_push(&limits, c);
 
     let mut executor = Executor::<AXES>::new(limits, Config::default()).unwrap();
     let mut drives = Drives::at(&SVector::zeros());
@@ -493,6 +500,14 @@ fn torque_rate_between_the_nodes_is_limited_and_flagged_but_no_fault() {
     }
     assert!(flagged > 0);
     assert_eq!(executor.state(), State::Done);
+    for _ in 0..20 {
+        executor.tick(&mut drives);
+    }
+    assert_eq!(
+        executor.tick(&mut drives).limited,
+        [LimitFlags::NONE; AXES],
+        "momentary"
+    );
     assert_eq!(
         executor.limited(),
         &[LimitFlags::TORQUE_RATE, LimitFlags::NONE],

@@ -19,13 +19,13 @@ fn any_f32() -> impl Strategy<Value = f32> {
 }
 
 fn any_setpoint() -> impl Strategy<Value = Setpoint> {
-    (any_f32(), any_f32(), any_f32()).prop_map(|(position_rad, velocity_rad_per_s, torque_nm)| {
-        Setpoint {
+    (any_f32(), prop_oneof![Just(0.0), any_f32()], any_f32()).prop_map(
+        |(position_rad, velocity_rad_per_s, torque_nm)| Setpoint {
             position_rad,
             velocity_rad_per_s,
             torque_nm,
-        }
-    })
+        },
+    )
 }
 
 fn any_limits() -> impl Strategy<Value = AxisLimits> {

@@ -173,7 +173,7 @@ pub fn barycentric_weights(nodes: &[f64], weights: &mut [f64]) -> Result<(), Lgr
     Ok(())
 }
 
-/// Fills `row` with row i of the differentiation matrix: Σ_j row[j] f(x_j) is f′(x_i) of the polynomial through the nodes.
+/// Fills `row` with row i of the differentiation matrix: Σ_j D_ij f(x_j) is f′(x_i) of the polynomial through the nodes.
 ///
 /// `nodes`, `weights` (barycentric) and `row` have the same length. D_ij = (w_j / w_i) / (x_i − x_j); the diagonal is minus
 /// the sum of the rest, so that a constant has derivative zero to rounding.

@@ -74,15 +74,33 @@ pub(crate) fn trajectory() -> Trajectory {
     changed(&limits(), |_, value| value)
 }
 
+/// Axis 0 pushes with τ = c (1 + x)² (1 − x) for 10 ms after as long at rest, and nothing moves.
+///
+/// On three points, τ′ is 0 at the first node, 0.68 c and −1.81 c at the others and −4 c at the end; per second, times 200.
+pub(crate) fn late_push(limits: &Limits, c: f64) -> Trajectory {
+    let mut nodes = [0.0; 4];
+    lgr::support_nodes(&mut nodes).unwrap();
+    let push = nodes.map(|x| [0.0, 0.0, 0.0, 0.0, c * (1.0 + x).powi(2) * (1.0 - x), 0.0]);
+    let mut builder = TrajectoryBuilder::new(1, limits);
+    builder
+        .interval(100_000, POINTS, &[0.0; 3 * AXES * (POINTS + 1)])
+        .unwrap();
+    builder.interval(100_000, 3, push.as_flattened()).unwrap();
+    builder.finish().unwrap()
+}
+
 pub(crate) fn executor() -> Executor<AXES> {
     Executor::new(limits(), Config::default()).unwrap()
 }
+
+/// A hook on the feedback.
+pub(crate) type Spoil = dyn Fn(&mut [Feedback; AXES]);
 
 /// Ideal drives that take some ticks to enable, with a hook on feedback and a count of calls.
 pub(crate) struct Drives {
     pub(crate) ideal: IdealDrives<AXES>,
     pub(crate) enabling_ticks: u32,
-    pub(crate) spoil: Box<dyn Fn(&mut [Feedback; AXES])>,
+    pub(crate) spoil: Box<Spoil>,
     pub(crate) bus_broken: bool,
     pub(crate) exchanges: u32,
     pub(crate) safes: u32,
