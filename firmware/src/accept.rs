@@ -1,13 +1,15 @@
 //! Whether a trajectory may run on this machine, asked once, when it is loaded. Reject, never clip.
 //!
-//! At all nodes: finite, speed, torque, torque–speed curve; at the LGR points the torque rate, from the differentiation
-//! matrix (the control has no value of its own at an interval's end). Where intervals meet: no jump. At both ends: still. At
-//! the start: where the machine stands. What happens between the nodes is not judged here.
+//! At all nodes: finite, speed, torque, torque–speed curve; at the LGR points the torque rate, from
+//! the differentiation matrix (the control has no value of its own at an interval's end). Where
+//! intervals meet: no jump. At both ends: still. At the start: where the machine stands. What
+//! happens between the nodes is not judged here.
 //!
 //! # Tolerances
-//! Limits: [`LIMIT_TOLERANCE`] relative, on both coordinates of the torque–speed curve. The torque rate Σ D_ij τ_j · 2/T adds
-//! what rounding can do to it: half an ulp of every τ_j, Σ |D_ij| |τ_j| 2⁻²⁴ · 2/T, and half a tick of T.
-//! Jumps: 4 ulp of the channel's largest magnitude. Stillness: [`LIMIT_TOLERANCE`] of the axis' largest speed and torque.
+//! Limits: [`LIMIT_TOLERANCE`] relative, on both coordinates of the torque–speed curve. The torque
+//! rate Σ D_ij τ_j · 2/T adds what rounding can do to it: half an ulp of every τ_j, Σ |D_ij| |τ_j|
+//! 2⁻²⁴ · 2/T, and half a tick of T. Jumps: 4 ulp of the channel's largest magnitude. Stillness:
+//! [`LIMIT_TOLERANCE`] of the axis' largest speed and torque.
 
 use stillpoint_shared::basis::MAX_SUPPORT;
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
@@ -23,7 +25,8 @@ use crate::rejection::{Limit, Place, Quantity, Rejection};
 pub struct AcceptConfig {
     /// Largest distance of the measured position from the first node, in rad.
     pub start_tolerance_rad: f32,
-    /// Whether the torque must be zero at both ends: true unless a load, such as gravity, is held there.
+    /// Whether the torque must be zero at both ends: true unless a load, such as gravity, is held
+    /// there.
     pub torque_free_ends: bool,
 }
 
@@ -43,7 +46,8 @@ const JUMP_TOLERANCE: f32 = 4.0 * f32::EPSILON;
 /// Relative error of rounding to f32: 2⁻²⁴.
 const HALF_ULP: f64 = f32::EPSILON as f64 / 2.0;
 
-/// Checks a trajectory against the machine's limits and where it stands; `measured_rad` has one value per axis.
+/// Checks a trajectory against the machine's limits and where it stands; `measured_rad` has one
+/// value per axis.
 pub fn check(
     trajectory: &Trajectory,
     limits: &Limits,
@@ -99,7 +103,8 @@ impl Nodes {
         }
     }
 
-    /// Computes the points unless the previous interval had as many. A trajectory has at most `MAX_POINTS` in an interval.
+    /// Computes the points unless the previous interval had as many. A trajectory has at most
+    /// `MAX_POINTS` in an interval.
     fn prepare(&mut self, points: usize) {
         if self.points == points {
             return;

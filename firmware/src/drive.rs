@@ -1,4 +1,5 @@
-//! What the executor asks of the drives, whatever the bus: a group of N axes that is commanded and read together.
+//! What the executor asks of the drives, whatever the bus: a group of N axes that is commanded and
+//! read together.
 
 /// Command to one axis for the coming tick, at the joint.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -43,21 +44,25 @@ pub enum DriveStatus {
 
 /// N drives on one bus.
 ///
-/// Once per tick the executor calls either `exchange`, followed by `safe` if it sees a fault, or `safe` and then `observe`.
+/// Once per tick the executor calls either `exchange`, followed by `safe` if it sees a fault, or
+/// `safe` and then `observe`.
 pub trait DriveGroup<const N: usize> {
-    /// What can go wrong with the bus as a whole. A single late axis is no error but a growing [`Feedback::age_ticks`].
+    /// What can go wrong with the bus as a whole. A single late axis is no error but a growing
+    /// [`Feedback::age_ticks`].
     type Error;
 
-    /// Sends one set-point per axis and returns the newest feedback. Drives that are not enabled are brought towards it, over
-    /// as many calls as they need; meanwhile the set-points are the measured positions, so that enabling is no jump.
+    /// Sends one set-point per axis and returns the newest feedback. Drives that are not enabled
+    /// are brought towards it, over as many calls as they need; meanwhile the set-points are the
+    /// measured positions, so that enabling is no jump.
     ///
-    /// Set-points and feedback of age 0 belong to the same instant, the start of the tick: their difference is the following
-    /// error.
+    /// Set-points and feedback of age 0 belong to the same instant, the start of the tick: their
+    /// difference is the following error.
     fn exchange(&mut self, setpoints: &[Setpoint; N]) -> Result<[Feedback; N], Self::Error>;
 
     /// Returns the newest feedback without commanding anything.
     fn observe(&mut self) -> Result<[Feedback; N], Self::Error>;
 
-    /// Takes the torque away, by whatever means are left. Called every tick while the drives are to be off.
+    /// Takes the torque away, by whatever means are left. Called every tick while the drives are to
+    /// be off.
     fn safe(&mut self);
 }

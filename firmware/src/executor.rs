@@ -106,7 +106,8 @@ impl<const AXES: usize> Executor<AXES> {
         self.player.trajectory()
     }
 
-    /// Checks a trajectory against the limits and where the axes stand (rad), and takes a copy of it.
+    /// Checks a trajectory against the limits and where the axes stand (rad), and takes a copy of
+    /// it.
     ///
     /// A refused one leaves the previous one loaded.
     pub fn load(
@@ -133,8 +134,8 @@ impl<const AXES: usize> Executor<AXES> {
         Ok(())
     }
 
-    /// Lets the next tick energise the drives, where they stand; they then creep to the first node, from which they may be no
-    /// further than the start tolerance.
+    /// Lets the next tick energise the drives, where they stand; they then creep to the first node,
+    /// from which they may be no further than the start tolerance.
     pub fn arm(&mut self) -> Result<(), Refusal> {
         self.allow(Command::Arm)?;
         self.near_first_node(Command::Arm)?;
@@ -142,7 +143,8 @@ impl<const AXES: usize> Executor<AXES> {
         Ok(())
     }
 
-    /// Plays from the next tick on, if the drives are enabled and stand at the first node by fresh feedback.
+    /// Plays from the next tick on, if the drives are enabled and stand at the first node by fresh
+    /// feedback.
     pub fn start(&mut self) -> Result<(), Refusal> {
         self.allow(Command::Start)?;
         let (feedback, first) = self.near_first_node(Command::Start)?;
@@ -187,7 +189,8 @@ impl<const AXES: usize> Executor<AXES> {
         self.fail(FaultCause::EmergencyStop);
     }
 
-    /// One tick of the drive loop: evaluate, limit, exchange, monitor; or, with the drives off, make safe and observe.
+    /// One tick of the drive loop: evaluate, limit, exchange, monitor; or, with the drives off,
+    /// make safe and observe.
     ///
     /// Bounded and without division: one evaluation, and loops over the axes.
     pub fn tick<D: DriveGroup<AXES>>(&mut self, drives: &mut D) -> TickReport<AXES> {
@@ -257,7 +260,8 @@ impl<const AXES: usize> Executor<AXES> {
         Ok(())
     }
 
-    /// Set-points of an armed tick: an enabled axis creeps to the first node, any other stays where it is measured.
+    /// Set-points of an armed tick: an enabled axis creeps to the first node, any other stays where
+    /// it is measured.
     fn approach(&mut self) -> Option<[Setpoint; AXES]> {
         let first = setpoints(self.player.first()?);
         let mut wanted = first;
@@ -362,7 +366,8 @@ fn setpoints<const AXES: usize>(sample: Sample<AXES>) -> [Setpoint; AXES] {
     setpoints
 }
 
-/// A set-point that asks an axis to stay where it is measured, or where it was told to be if the measurement is no number.
+/// A set-point that asks an axis to stay where it is measured, or where it was told to be if the
+/// measurement is no number.
 fn at_rest(feedback: &Feedback, commanded: &Setpoint) -> Setpoint {
     let position_rad = if feedback.position_rad.is_finite() {
         feedback.position_rad

@@ -1,11 +1,13 @@
-//! Plays planned moves on servo drives: hardware-free, so that the same code runs on the board, in the host's simulator and
-//! in the tests.
+//! Plays planned moves on servo drives: hardware-free, so that the same code runs on the board, in
+//! the host's simulator and in the tests.
 //!
-//! Once per tick the [`Executor`] evaluates the loaded trajectory, passes the set-points through the [`limiter`], hands
-//! them to a [`DriveGroup`] and lets the [`monitor`] look at the feedback. What a machine may run is decided before, by
-//! [`accept`]: a trajectory is rejected with axis, interval, time, value and limit, and never clipped into shape.
+//! Once per tick the [`Executor`] evaluates the loaded trajectory, passes the set-points through
+//! the [`limiter`], hands them to a [`DriveGroup`] and lets the [`monitor`] look at the feedback.
+//! What a machine may run is decided before, by [`accept`]: a trajectory is rejected with axis,
+//! interval, time, value and limit, and never clipped into shape.
 //!
-//! No allocation, no unsafe code, no panic. Angles, speeds and torques are at the joint (reducer output), in SI units.
+//! No allocation, no unsafe code, no panic. Angles, speeds and torques are at the joint (reducer
+//! output), in SI units.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

@@ -1,14 +1,17 @@
-//! Last line of defence in the drive loop: whatever is asked for, what leaves is within the axis' limits.
+//! Last line of defence in the drive loop: whatever is asked for, what leaves is within the axis'
+//! limits.
 //!
-//! Pure functions of the previous command, the configuration and the wanted command. An accepted trajectory passes unchanged;
-//! a change raises a flag, which is no fault. With p, v, τ wanted and p⁻, τ⁻ sent one period h before:
+//! Pure functions of the previous command, the configuration and the wanted command. An accepted
+//! trajectory passes unchanged; a change raises a flag, which is no fault. With p, v, τ wanted and
+//! p⁻, τ⁻ sent one period h before:
 //!
 //! 1. a value that is not finite: p = p⁻, v = 0, τ = 0,
 //! 2. |v| ≤ v_max and |p − p⁻| ≤ v_max h,
 //! 3. |τ| ≤ τ_max(v), the torque–speed curve,
 //! 4. |τ − τ⁻| ≤ u_max h, and 3 again: where the curve has fallen below τ⁻ faster than the rate allows, the curve wins.
 //!
-//! All limits carry the relative tolerance of acceptance, [`LIMIT_TOLERANCE`], and steps one rounding error of f32.
+//! All limits carry the relative tolerance of acceptance, [`LIMIT_TOLERANCE`], and steps one
+//! rounding error of f32.
 
 use core::fmt;
 use core::ops::{BitOr, BitOrAssign};
@@ -115,12 +118,14 @@ impl LimiterConfig {
     }
 }
 
-/// Torque in N·m available at a speed in rad/s, with the tolerance of acceptance on both coordinates of the curve.
+/// Torque in N·m available at a speed in rad/s, with the tolerance of acceptance on both
+/// coordinates of the curve.
 pub fn available_torque_nm(limits: &AxisLimits, speed_rad_per_s: f32) -> f32 {
     limits.available_torque_nm(speed_rad_per_s * (1.0 - LIMIT_TOLERANCE)) * (1.0 + LIMIT_TOLERANCE)
 }
 
-/// `wanted` brought within the limits, one period after `previous` was sent (which must be finite), and the limits in force.
+/// `wanted` brought within the limits, one period after `previous` was sent (which must be finite),
+/// and the limits in force.
 pub fn limit(
     config: &LimiterConfig,
     previous: &Setpoint,
@@ -174,8 +179,8 @@ fn step(value: &mut f32, centre: f32, reach: f32) -> bool {
     clamp(value, centre, reach + centre.abs() * f32::EPSILON)
 }
 
-/// Limits `value` to `centre` ± `reach` and says whether it had to. Comparisons only: `f32::clamp` may panic, and `f32::min` is
-/// a library call on a Cortex-M4F.
+/// Limits `value` to `centre` ± `reach` and says whether it had to. Comparisons only: `f32::clamp`
+/// may panic, and `f32::min` is a library call on a Cortex-M4F.
 fn clamp(value: &mut f32, centre: f32, reach: f32) -> bool {
     let (least, most) = (centre - reach, centre + reach);
     if *value > most {

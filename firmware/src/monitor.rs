@@ -1,4 +1,5 @@
-//! Looks at the feedback of every tick: is it alive, is it a number, is the axis where it was told to be.
+//! Looks at the feedback of every tick: is it alive, is it a number, is the axis where it was told
+//! to be.
 
 use nalgebra::SVector;
 
@@ -10,7 +11,8 @@ use crate::{DriveStatus, FaultCause, Feedback, Setpoint};
 pub struct MonitorConfig {
     /// Following error allowed at rest, in rad.
     pub following_at_rest_rad: f32,
-    /// Following error allowed per commanded speed, in rad per rad/s: the lag of the drives in seconds.
+    /// Following error allowed per commanded speed, in rad per rad/s: the lag of the drives in
+    /// seconds.
     pub following_lag_s: f32,
     /// Greatest age of feedback, in drive ticks.
     pub feedback_age_ticks: u16,
@@ -49,7 +51,8 @@ impl<const AXES: usize> Monitor<AXES> {
 
     /// Judges one tick. Set-points and feedback belong to the same instant.
     ///
-    /// The following error of an axis is judged while its drive is enabled; `enabled` says whether all have to be.
+    /// The following error of an axis is judged while its drive is enabled; `enabled` says whether
+    /// all have to be.
     pub fn check(
         &mut self,
         config: &MonitorConfig,

@@ -9,7 +9,10 @@ use common::{
 use proptest::prelude::*;
 use stillpoint_firmware::accept::{AcceptConfig, check};
 use stillpoint_firmware::rejection::{Limit, Place, Quantity, Rejection};
-use stillpoint_shared::{AxisLimits, Header, LIMIT_TOLERANCE, Limits, Trajectory, TrajectoryError};
+use stillpoint_shared::{
+    AxisLimits, Header, LIMIT_TOLERANCE, Limits, Trajectory, TrajectoryBuilder, TrajectoryError,
+    lgr,
+};
 
 fn judge(trajectory: &Trajectory) -> Result<(), Rejection> {
     check(
@@ -113,7 +116,8 @@ fn another_machine_is_rejected() {
     );
 }
 
-/// The move with one coefficient replaced on the wire, sealed again as a malicious or broken planner would.
+/// The move with one coefficient replaced on the wire, sealed again as a malicious or broken
+/// planner would.
 fn forged(coefficient: usize, value: f32) -> Trajectory {
     let original = trajectory();
     let mut bytes = [0; 4096];
@@ -469,6 +473,32 @@ fn the_torque_rate_counts_at_every_point_of_every_interval() {
             ticks: 100_000 + (50_000.0 * (1.0 + x)).round() as u32
         }
     );
+}
+
+#[test]
+fn rounding_of_a_large_torque_is_not_taken_for_a_rate() {
+    // A ramp at the limit over 1 ms on top of 90 N·m: half an ulp of 90 N·m, differentiated, is far
+    // more than 1e-4 of it.
+    let rate_nm_per_s = 100.0;
+    let axis = AxisLimits {
+        torque_rate_nm_per_s: rate_nm_per_s as f32,
+        ..axis_limits()
+    };
+    let limits = Limits::new(&[axis]).unwrap();
+    let mut nodes = [0.0; 21];
+    lgr::support_nodes(&mut nodes).unwrap();
+    let config = AcceptConfig {
+        torque_free_ends: false,
+        ..AcceptConfig::default()
+    };
+    let ramp = |rate: f64| {
+        let rows = nodes.map(|x| [0.0, 0.0, 90.0 + rate * 0.5e-3 * (x + 1.0)]);
+        let mut builder = TrajectoryBuilder::new(1, &limits);
+        builder.interval(10_000, 20, rows.as_flattened()).unwrap();
+        check(&builder.finish().unwrap(), &limits, &[0.0], &config)
+    };
+    assert_eq!(ramp(rate_nm_per_s), Ok(()));
+    assert!(ramp(rate_nm_per_s * 1.2).is_err());
 }
 
 #[test]

@@ -513,6 +513,15 @@ fn torque_rate_between_the_nodes_is_limited_and_flagged_but_no_fault() {
         &[LimitFlags::TORQUE_RATE, LimitFlags::NONE],
         "sticky"
     );
+
+    executor.load(&trajectory, &SVector::zeros()).unwrap();
+    executor.tick(&mut drives);
+    executor.start().unwrap();
+    assert_eq!(
+        executor.limited(),
+        &[LimitFlags::NONE; AXES],
+        "until the next start"
+    );
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! Laws of the limiter: whatever goes in, what comes out is within the limits; what is within passes unchanged.
+//! Laws of the limiter: whatever goes in, what comes out is within the limits; what is within
+//! passes unchanged.
 
 mod common;
 

@@ -1,11 +1,12 @@
 //! Lagrange basis of one interval in f32, evaluated in product form.
 //!
-//! L_j(x) = w_j · Π_{i<j}(x − x_i) · Π_{i>j}(x − x_i), from running prefix and suffix products: no division and no special
-//! case when x hits a node, as it does at the start of every interval. Plain multiply and add in a fixed order (never a
-//! fused multiply-add), so x86-64 and Cortex-M4F give the same bits.
+//! L_j(x) = w_j · Π_{i<j}(x − x_i) · Π_{i>j}(x − x_i), from running prefix and suffix products: no
+//! division and no special case when x hits a node, as it does at the start of every interval.
+//! Plain multiply and add in a fixed order (never a fused multiply-add), so x86-64 and Cortex-M4F
+//! give the same bits.
 //!
-//! The nodes are rounded to f32 first and the weights computed from the *rounded* nodes, in f64: the basis then is the exact
-//! Lagrange basis of nodes 3e-8 away, instead of no basis at all.
+//! The nodes are rounded to f32 first and the weights computed from the *rounded* nodes, in f64:
+//! the basis then is the exact Lagrange basis of nodes 3e-8 away, instead of no basis at all.
 
 use crate::lgr::{self, LgrError};
 
@@ -71,7 +72,8 @@ impl Basis {
 
     /// Σ_j L_j(x) row_j for N + 1 `rows` of Q quantities × A axes each, node after node.
     ///
-    /// `x` is the local coordinate on [−1, 1]. Rows that are missing count as zero, rows beyond N + 1 are not read.
+    /// `x` is the local coordinate on [−1, 1]. Rows that are missing count as zero, rows beyond N +
+    /// 1 are not read.
     #[inline]
     pub fn evaluate<const Q: usize, const A: usize>(
         &self,

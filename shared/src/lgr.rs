@@ -1,11 +1,13 @@
-//! Legendre–Gauss–Radau collocation in f64: points, quadrature weights, barycentric weights, differentiation.
+//! Legendre–Gauss–Radau collocation in f64: points, quadrature weights, barycentric weights,
+//! differentiation.
 //!
-//! The N LGR points are the roots of P_N + P_{N−1} on [−1, 1), −1 included. States are interpolated through these and
-//! +1, the N + 1 *support points*, so the differentiation matrix D has N rows and N + 1 columns. Only + − × ÷ and one
-//! cosine of `libm` as a first guess: host and board compute the same numbers.
+//! The N LGR points are the roots of P_N + P_{N−1} on [−1, 1), −1 included. States are interpolated
+//! through these and +1, the N + 1 *support points*, so the differentiation matrix D has N rows and
+//! N + 1 columns. Only + − × ÷ and one cosine of `libm` as a first guess: host and board compute
+//! the same numbers.
 //!
-//! Source: Garg, Patterson, Hager, Rao, Benson, Huntington, "A unified framework for the numerical solution of optimal
-//! control problems using pseudospectral methods", Automatica 46 (2010).
+//! Source: Garg, Patterson, Hager, Rao, Benson, Huntington, "A unified framework for the numerical
+//! solution of optimal control problems using pseudospectral methods", Automatica 46 (2010).
 
 use core::fmt;
 
@@ -86,7 +88,8 @@ fn expect_length(found: usize, expected: usize) -> Result<(), LgrError> {
     }
 }
 
-/// (P_{n−1}(x), P_n(x)) for n ≥ 1, by the three-term recurrence k P_k = (2k − 1) x P_{k−1} − (k − 1) P_{k−2}.
+/// (P_{n−1}(x), P_n(x)) for n ≥ 1, by the three-term recurrence k P_k = (2k − 1) x P_{k−1} − (k −
+/// 1) P_{k−2}.
 fn legendre_pair(n: usize, x: f64) -> (f64, f64) {
     let (mut before, mut last) = (1.0, x);
     for k in 2..=n {
@@ -98,8 +101,9 @@ fn legendre_pair(n: usize, x: f64) -> (f64, f64) {
 
 /// Fills `nodes` with the N LGR points, ascending from −1, where N ≥ 2 is the slice's length.
 ///
-/// Newton on f = P_N + P_{N−1}, whose derivative is N (P_{N−1} − P_N) / (1 − x), from the Chebyshev–Gauss–Radau points
-/// −cos(2πk / (2N − 1)). It converges quadratically; the loop is bounded all the same.
+/// Newton on f = P_N + P_{N−1}, whose derivative is N (P_{N−1} − P_N) / (1 − x), from the
+/// Chebyshev–Gauss–Radau points −cos(2πk / (2N − 1)). It converges quadratically; the loop is
+/// bounded all the same.
 pub fn lgr_nodes(nodes: &mut [f64]) -> Result<(), LgrError> {
     const NEWTON_STEPS: usize = 12;
     let n = nodes.len();
@@ -129,7 +133,8 @@ pub fn lgr_nodes(nodes: &mut [f64]) -> Result<(), LgrError> {
     Ok(())
 }
 
-/// Fills `nodes` with the N + 1 support points: the LGR points and +1. The slice's length is N + 1 ≥ 3.
+/// Fills `nodes` with the N + 1 support points: the LGR points and +1. The slice's length is N + 1
+/// ≥ 3.
 pub fn support_nodes(nodes: &mut [f64]) -> Result<(), LgrError> {
     match nodes.split_last_mut() {
         Some((end, points)) => {
@@ -162,8 +167,8 @@ pub fn lgr_weights(nodes: &[f64], weights: &mut [f64]) -> Result<(), LgrError> {
     Ok(())
 }
 
-/// Fills `weights` with the barycentric weights 1 / Π_{i≠j} (x_j − x_i) of distinct `nodes`, unscaled: the Lagrange
-/// basis is L_j(x) = w_j Π_{i≠j} (x − x_i).
+/// Fills `weights` with the barycentric weights 1 / Π_{i≠j} (x_j − x_i) of distinct `nodes`,
+/// unscaled: the Lagrange basis is L_j(x) = w_j Π_{i≠j} (x − x_i).
 pub fn barycentric_weights(nodes: &[f64], weights: &mut [f64]) -> Result<(), LgrError> {
     expect_length(weights.len(), nodes.len())?;
     for (j, (weight, &own)) in weights.iter_mut().zip(nodes).enumerate() {
@@ -173,10 +178,12 @@ pub fn barycentric_weights(nodes: &[f64], weights: &mut [f64]) -> Result<(), Lgr
     Ok(())
 }
 
-/// Fills `row` with row i of the differentiation matrix: Σ_j D_ij f(x_j) is f′(x_i) of the polynomial through the nodes.
+/// Fills `row` with row i of the differentiation matrix: Σ_j D_ij f(x_j) is f′(x_i) of the
+/// polynomial through the nodes.
 ///
-/// `nodes`, `weights` (barycentric) and `row` have the same length. D_ij = (w_j / w_i) / (x_i − x_j); the diagonal is minus
-/// the sum of the rest, so that a constant has derivative zero to rounding.
+/// `nodes`, `weights` (barycentric) and `row` have the same length. D_ij = (w_j / w_i) / (x_i −
+/// x_j); the diagonal is minus the sum of the rest, so that a constant has derivative zero to
+/// rounding.
 pub fn differentiation_row(
     nodes: &[f64],
     weights: &[f64],
@@ -206,8 +213,8 @@ pub fn differentiation_row(
     Ok(())
 }
 
-/// Fills `matrix` (row-major, N × (N + 1)) with the LGR differentiation matrix on the N + 1 support `nodes` with their
-/// barycentric `weights`.
+/// Fills `matrix` (row-major, N × (N + 1)) with the LGR differentiation matrix on the N + 1 support
+/// `nodes` with their barycentric `weights`.
 pub fn differentiation_matrix(
     nodes: &[f64],
     weights: &[f64],

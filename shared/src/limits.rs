@@ -9,8 +9,8 @@ use crate::{MAX_AXES, hash};
 
 /// Limits of one axis at the joint.
 ///
-/// The torque–speed curve is flat at `torque_nm` up to the knee and falls with `slope_nm_s_per_rad` beyond it, to zero at
-/// the least; it bounds |torque| whether the axis drives or brakes.
+/// The torque–speed curve is flat at `torque_nm` up to the knee and falls with `slope_nm_s_per_rad`
+/// beyond it, to zero at the least; it bounds |torque| whether the axis drives or brakes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AxisLimits {
@@ -70,7 +70,8 @@ impl Limits {
         &self.axes
     }
 
-    /// CRC-64/XZ of the postcard bytes. A trajectory carries the hash of the limits it was planned for.
+    /// CRC-64/XZ of the postcard bytes. A trajectory carries the hash of the limits it was planned
+    /// for.
     pub fn hash(&self) -> u64 {
         hash::of(self)
     }

@@ -63,7 +63,8 @@ impl<const AXES: usize> Player<AXES> {
         Ok(player)
     }
 
-    /// Copies `trajectory` in and prepares its bases. If it has another number of axes, nothing is changed.
+    /// Copies `trajectory` in and prepares its bases. If it has another number of axes, nothing is
+    /// changed.
     pub fn load(&mut self, trajectory: &Trajectory) -> Result<(), TrajectoryError> {
         if trajectory.axes() != AXES {
             return Err(TrajectoryError::OtherAxes {
@@ -113,10 +114,11 @@ impl<const AXES: usize> Player<AXES> {
         &self.trajectory
     }
 
-    /// The values at `ticks` after the start; the last node's, exactly, from the end on. `None` if nothing is loaded.
+    /// The values at `ticks` after the start; the last node's, exactly, from the end on. `None` if
+    /// nothing is loaded.
     ///
-    /// An interval owns its start, where the local coordinate is exactly −1. Cost: a binary search over the intervals, then
-    /// about (4 + 6 AXES) (N + 1) multiplications and additions.
+    /// An interval owns its start, where the local coordinate is exactly −1. Cost: a binary search
+    /// over the intervals, then about (4 + 6 AXES) (N + 1) multiplications and additions.
     #[inline]
     pub fn sample(&self, ticks: u32) -> Option<Sample<AXES>> {
         let rows = self.rows();

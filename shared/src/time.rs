@@ -1,6 +1,7 @@
 //! Time as integer ticks of 0.1 µs: exact on host and board, 429 s in a `u32`.
 //!
-//! Seconds in f32 would lose microseconds after a minute. A tick of 0.1 µs rounds an interval of 1 ms by 5e-5 at most.
+//! Seconds in f32 would lose microseconds after a minute. A tick of 0.1 µs rounds an interval of 1
+//! ms by 5e-5 at most.
 
 /// Time ticks per second: 10 MHz.
 pub const TIME_TICKS_PER_SECOND: u32 = 10_000_000;
@@ -13,7 +14,8 @@ pub fn seconds(ticks: u32) -> f64 {
     f64::from(ticks) / f64::from(TIME_TICKS_PER_SECOND)
 }
 
-/// Nearest number of ticks of a time in seconds; `None` if it is negative, not a number or longer than 429 s.
+/// Nearest number of ticks of a time in seconds; `None` if it is negative, not a number or longer
+/// than 429 s.
 pub fn ticks(seconds: f64) -> Option<u32> {
     let ticks = libm::round(seconds * f64::from(TIME_TICKS_PER_SECOND));
     (0.0..=f64::from(u32::MAX))
@@ -39,7 +41,8 @@ impl LocalTime {
         }
     }
 
-    /// Coordinate of `elapsed_ticks` after the interval's start; times beyond the end count as the end.
+    /// Coordinate of `elapsed_ticks` after the interval's start; times beyond the end count as the
+    /// end.
     #[inline]
     pub fn coordinate(self, elapsed_ticks: u32) -> f32 {
         let remaining_ticks = self.duration_ticks.saturating_sub(elapsed_ticks);

@@ -1,11 +1,13 @@
-//! A planned move: per interval, the values of every axis' position, velocity and torque at the LGR points and at the end.
+//! A planned move: per interval, the values of every axis' position, velocity and torque at the LGR
+//! points and at the end.
 //!
-//! Rows are node-major. The row of a node holds the positions (rad) of all axes, then their velocities (rad/s), then their
-//! torques (N·m): value q of axis a of node j is `coefficients[(j * 3 + q) * axes + a]`, q = 0, 1, 2. An interval of N
-//! points has N + 1 rows. Consecutive intervals repeat the shared node.
+//! Rows are node-major. The row of a node holds the positions (rad) of all axes, then their
+//! velocities (rad/s), then their torques (N·m): value q of axis a of node j is `coefficients[(j *
+//! 3 + q) * axes + a]`, q = 0, 1, 2. An interval of N points has N + 1 rows. Consecutive intervals
+//! repeat the shared node.
 //!
-//! A `Trajectory` is always consistent (counts, durations, hash); whether a machine may run it is the board's question,
-//! asked when it is loaded. Its bytes are described in the `encode` method.
+//! A `Trajectory` is always consistent (counts, durations, hash); whether a machine may run it is
+//! the board's question, asked when it is loaded. Its bytes are described in the `encode` method.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -18,7 +20,8 @@ pub use crate::error::TrajectoryError;
 /// First bytes of every trajectory.
 pub const MAGIC: [u8; 4] = *b"SPT\x1a";
 
-/// Version of the encoding; a reader refuses any other. Change it with every change of [`Header`] or of the row layout.
+/// Version of the encoding; a reader refuses any other. Change it with every change of [`Header`]
+/// or of the row layout.
 pub const FORMAT_VERSION: u8 = 1;
 
 /// Quantities per axis and node: position, velocity, torque.
@@ -30,7 +33,8 @@ pub const MAX_INTERVALS: usize = 64;
 /// Most coefficients of a trajectory, over all intervals: 16 kB.
 pub const MAX_COEFFICIENTS: usize = 4096;
 
-/// Most different numbers of points among the intervals of one trajectory; each needs a prepared basis on the board.
+/// Most different numbers of points among the intervals of one trajectory; each needs a prepared
+/// basis on the board.
 pub const MAX_BASES: usize = 8;
 
 /// Enough bytes for any encoded trajectory.
@@ -108,7 +112,8 @@ pub struct Interval<'a> {
 }
 
 impl Trajectory {
-    /// A trajectory without intervals, as a place to load one into. It cannot be encoded into anything `decode` accepts.
+    /// A trajectory without intervals, as a place to load one into. It cannot be encoded into
+    /// anything `decode` accepts.
     pub const fn empty() -> Self {
         Self {
             header: Header::new(0, 0, 0),
@@ -158,10 +163,11 @@ impl Trajectory {
         &self.coefficients
     }
 
-    /// Writes the postcard bytes into `buffer` and returns the part used; [`MAX_ENCODED_BYTES`] are enough.
+    /// Writes the postcard bytes into `buffer` and returns the part used; [`MAX_ENCODED_BYTES`] are
+    /// enough.
     ///
-    /// The bytes are those of `{ header: Header, intervals: [{ duration_ticks: u32, points: u8, coefficients: [f32] }] }`
-    /// with both lists length-prefixed, as any postcard reader sees them.
+    /// The bytes are those of `{ header: Header, intervals: [{ duration_ticks: u32, points: u8,
+    /// coefficients: [f32] }] }` with both lists length-prefixed, as any postcard reader sees them.
     pub fn encode<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b mut [u8], TrajectoryError> {
         let available = buffer.len();
         postcard::to_slice(&wire::Whole(self), buffer)
@@ -175,7 +181,8 @@ impl Trajectory {
         Ok(trajectory)
     }
 
-    /// [`Trajectory::decode`] in place, for a board that cannot spare the stack. After an error `self` is empty.
+    /// [`Trajectory::decode`] in place, for a board that cannot spare the stack. After an error
+    /// `self` is empty.
     pub fn decode_from(&mut self, bytes: &[u8]) -> Result<(), TrajectoryError> {
         let result = wire::decode(bytes, self);
         if result.is_err() {
@@ -200,7 +207,8 @@ impl Trajectory {
         self.coefficients.clear();
     }
 
-    /// Whether an interval of `count` values fits as the next one, and the total duration in ticks then.
+    /// Whether an interval of `count` values fits as the next one, and the total duration in ticks
+    /// then.
     pub(crate) fn expect_room(
         &self,
         duration_ticks: u32,
@@ -289,7 +297,8 @@ impl TrajectoryBuilder {
         Self { trajectory }
     }
 
-    /// Appends an interval of N = `points` LGR points: (N + 1) × 3 × axes `values`, node-major, rounded to f32 here.
+    /// Appends an interval of N = `points` LGR points: (N + 1) × 3 × axes `values`, node-major,
+    /// rounded to f32 here.
     ///
     /// After an error the builder is as it was.
     pub fn interval(

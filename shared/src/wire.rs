@@ -1,4 +1,5 @@
-//! The trajectory's postcard bytes, written piece by piece from flat storage and read back strictly.
+//! The trajectory's postcard bytes, written piece by piece from flat storage and read back
+//! strictly.
 
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -76,7 +77,8 @@ impl<'a> Reader<'a> {
 
 /// Reads `bytes` into `trajectory`, whose content is undefined but consistent after an error.
 pub(crate) fn decode(bytes: &[u8], trajectory: &mut Trajectory) -> Result<(), TrajectoryError> {
-    // Magic and version come first and are single bytes, so that a reader of any version finds them.
+    // Magic and version come first and are single bytes, so that a reader of any version finds
+    // them.
     let Some((&found, versioned)) = bytes.split_first_chunk() else {
         return Err(TrajectoryError::Truncated { bytes: bytes.len() });
     };

@@ -1,4 +1,5 @@
-//! Points, weights and D against the 60-digit oracle, and against what they must differentiate exactly.
+//! Points, weights and D against the 60-digit oracle, and against what they must differentiate
+//! exactly.
 
 use serde_json::Value;
 use stillpoint_shared::lgr::{self, LgrError};

@@ -16,7 +16,8 @@ fn encoded(trajectory: &Trajectory) -> Vec<u8> {
     trajectory.encode(&mut buffer).unwrap().to_vec()
 }
 
-/// Offset of the interval list in the bytes of a trajectory: what postcard makes of the header alone.
+/// Offset of the interval list in the bytes of a trajectory: what postcard makes of the header
+/// alone.
 fn header_bytes(trajectory: &Trajectory) -> usize {
     let mut buffer = [0; 64];
     postcard::to_slice(trajectory.header(), &mut buffer)

@@ -76,7 +76,8 @@ pub(crate) fn trajectory() -> Trajectory {
 
 /// Axis 0 pushes with τ = c (1 + x)² (1 − x) for 10 ms after as long at rest, and nothing moves.
 ///
-/// On three points, τ′ is 0 at the first node, 0.68 c and −1.81 c at the others and −4 c at the end; per second, times 200.
+/// On three points, τ′ is 0 at the first node, 0.68 c and −1.81 c at the others and −4 c at the
+/// end; per second, times 200.
 pub(crate) fn late_push(limits: &Limits, c: f64) -> Trajectory {
     let mut nodes = [0.0; 4];
     lgr::support_nodes(&mut nodes).unwrap();
