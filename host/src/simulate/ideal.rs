@@ -124,14 +124,15 @@ pub fn simulate(
         relative: settings.tolerance,
         scale: scale.collect(),
     };
-    let move_s = path.profile().duration_s();
-    let end_s = move_s + settings.after_s;
+    let duration_s = path.profile().duration_s();
+    let end_s = duration_s + settings.after_s;
     let mut pieces = path.profile().breaks_s();
     pieces.push(end_s);
 
     let mut recording = Recording {
-        move_s,
-        frames: Vec::new(),
+        duration_s,
+        rest_from_s: duration_s,
+        ..Recording::default()
     };
     let mut state = path.coordinates(0.0);
     state.resize(2 * n, 0.0);

@@ -1,13 +1,16 @@
 //! Simulation of any [`Plant`](crate::machine::Plant): what the machine does when its motors follow a path exactly
 //! ([`ideal`]), and when they are driven by the firmware's executor through servo drives.
 
+pub mod bounds;
 pub mod ideal;
 mod linear;
+pub mod metrics;
 pub mod modes;
 pub mod ode;
 pub mod path;
 pub mod profile;
 pub mod recording;
+pub mod shortest;
 
 #[cfg(test)]
 mod tests;
