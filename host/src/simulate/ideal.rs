@@ -59,14 +59,14 @@ impl Space {
         }
     }
 
-    /// Accelerations, then torques, into `solution`.
+    /// Accelerations, then torques, into `solution`. `pull_per_s` is β.
     fn solve(
         &mut self,
         plant: &dyn Plant,
         path: &RigidPath,
         time_s: f64,
-        q: &[f64],
-        v: &[f64],
+        (q, v): (&[f64], &[f64]),
+        pull_per_s: f64,
     ) -> Option<()> {
         let (n, axes) = (plant.coordinate_count(), plant.axis_count());
         let size = n + axes;
@@ -85,8 +85,8 @@ impl Space {
             let rate: f64 = row.iter().zip(v).map(|(j, v)| j * v).sum();
             let behind = wanted.angles_rad[axis] - unwrapped(angles[axis], wanted.angles_rad[axis]);
             self.solution[n + axis] = wanted.accelerations_rad_per_s2[axis] - e.joint_bias[axis]
-                + 2.0 * PULL_PER_S * (wanted.rates_rad_per_s[axis] - rate)
-                + PULL_PER_S * PULL_PER_S * behind;
+                + 2.0 * pull_per_s * (wanted.rates_rad_per_s[axis] - rate)
+                + pull_per_s * pull_per_s * behind;
             for (column, j) in row.iter().enumerate() {
                 self.system[(n + axis) * size + column] = *j;
                 self.system[column * size + n + axis] = -j;
@@ -110,7 +110,7 @@ pub fn simulate(
     let slope = |time_s: f64, state: &[f64], out: &mut [f64]| {
         let (q, v) = state.split_at(n);
         let mut space = space.borrow_mut();
-        space.solve(plant, path, time_s, q, v)?;
+        space.solve(plant, path, time_s, (q, v), PULL_PER_S)?;
         out[..n].copy_from_slice(v);
         out[n..].copy_from_slice(&space.solution[..n]);
         Some(())
@@ -150,8 +150,9 @@ pub fn simulate(
         for (time_s, state) in times.iter().zip(&samples.states) {
             let (q, v) = state.split_at(n);
             let mut space = space.borrow_mut();
+            // Without the pull: it would turn the interpolation's last digits into torque.
             space
-                .solve(plant, path, *time_s, q, v)
+                .solve(plant, path, *time_s, (q, v), 0.0)
                 .ok_or(OdeError::Undefined { time_s: *time_s })?;
             let torques = &space.solution[n..];
             let frame = Frame::of(plant, *time_s, q, v, torques, recording.frames.last());

@@ -1,7 +1,6 @@
 //! Simulation of any [`Plant`](crate::machine::Plant): what the machine does when its motors follow a path exactly
 //! ([`ideal`]), and when they are driven by the firmware's executor through servo drives.
 
-pub mod bounds;
 pub mod ideal;
 mod linear;
 pub mod metrics;
@@ -11,6 +10,7 @@ pub mod path;
 pub mod profile;
 pub mod recording;
 pub mod shortest;
+pub mod usage;
 
 #[cfg(test)]
 mod tests;

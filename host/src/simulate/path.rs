@@ -30,8 +30,18 @@ impl<'a> RigidPath<'a> {
     #[must_use]
     pub fn new(plant: &'a dyn Plant, from: &[f64], to: &[f64], profile: &'a Profile) -> Self {
         let start = plant.rest(from);
-        let direction = plant.rest(to).iter().zip(&start).map(|(e, s)| e - s).collect();
-        Self { plant, profile, start, direction }
+        let direction = plant
+            .rest(to)
+            .iter()
+            .zip(&start)
+            .map(|(e, s)| e - s)
+            .collect();
+        Self {
+            plant,
+            profile,
+            start,
+            direction,
+        }
     }
 
     /// The profile.
@@ -45,7 +55,8 @@ impl<'a> RigidPath<'a> {
     pub fn coordinates(&self, time_s: f64) -> Vec<f64> {
         let along = self.profile.at(time_s)[0];
         let line = self.start.iter().zip(&self.direction);
-        line.map(|(start, direction)| start + along * direction).collect()
+        line.map(|(start, direction)| start + along * direction)
+            .collect()
     }
 
     /// Motion of the motors. With θ' = J q' along the line, θ̇ = θ' ṡ and θ̈ = θ' s̈ + (J̇q') ṡ².
@@ -55,6 +66,15 @@ impl<'a> RigidPath<'a> {
     pub fn motion(&self, time_s: f64, equations: &mut Equations) -> JointMotion {
         let [_, rate, acceleration, _] = self.profile.at(time_s);
         let q = self.coordinates(time_s);
+        if rate == 0.0 && acceleration == 0.0 {
+            // Most of a simulation is watching the machine ring at rest.
+            let axes = self.plant.axis_count();
+            return JointMotion {
+                angles_rad: self.plant.joint_angles(&q),
+                rates_rad_per_s: vec![0.0; axes],
+                accelerations_rad_per_s2: vec![0.0; axes],
+            };
+        }
         self.plant.equations(&q, &self.direction, equations);
         let (mut rates_rad_per_s, mut accelerations_rad_per_s2) = (Vec::new(), Vec::new());
         let rows = equations.joint_jacobian.chunks_exact(q.len());

@@ -4,14 +4,15 @@
 //! fine below longer ones that are not. Nobody would tune a machine to such an island; "shortest" here is the
 //! duration from which on *every* longer one keeps all limits.
 
-use super::bounds::{Bounds, Use};
 use super::ideal::{self, Settings};
 use super::modes::{self, ModesError};
 use super::ode::OdeError;
 use super::path::RigidPath;
 use super::profile::{Profile, Shaper, Tuning};
 use super::recording::Recording;
+use super::usage::Usage;
 use crate::machine::Plant;
+use crate::movefile::{Limits, MoveFile};
 
 /// A move from pose to pose, and what limits it.
 #[derive(Clone, Copy)]
@@ -23,7 +24,7 @@ pub struct Task<'a> {
     /// Pose at the end.
     pub to: &'a [f64],
     /// The limits.
-    pub bounds: &'a Bounds,
+    pub limits: &'a Limits,
 }
 
 /// A shortest move.
@@ -34,7 +35,7 @@ pub struct Shortest {
     /// What the machine does, with ideal drives.
     pub recording: Recording,
     /// The limit that forbids a shorter one.
-    pub active: Use,
+    pub active: Usage,
 }
 
 /// Why there is no shortest move.
@@ -48,7 +49,9 @@ pub enum ShortestError {
     #[error(transparent)]
     Modes(#[from] ModesError),
     /// Some limit is broken at any duration, or none at any.
-    #[error("no shortest duration was found between {shortest_s} s and {longest_s} s: {limit} is used {ratio:.3} times")]
+    #[error(
+        "no shortest duration was found between {shortest_s} s and {longest_s} s: {limit} is used {ratio:.3} times"
+    )]
     NoBracket {
         /// Shortest duration tried.
         shortest_s: f64,
@@ -61,28 +64,56 @@ pub enum ShortestError {
     },
 }
 
-/// For finding the neighbourhood: peaks are met to about 1e-3.
-const COARSE: Settings = Settings { after_s: 0.35, sample_s: 2.5e-4, tolerance: 1e-5 };
+/// For finding the neighbourhood: vibration peaks are met to about 1 %.
+const COARSE: Settings = Settings {
+    after_s: 0.35,
+    sample_s: 5e-4,
+    tolerance: 1e-4,
+};
 /// For the answer.
-const FINE: Settings = Settings { after_s: 0.35, sample_s: 1e-4, tolerance: 1e-7 };
+const FINE: Settings = Settings {
+    after_s: 0.35,
+    sample_s: 1e-4,
+    tolerance: 1e-6,
+};
 /// The search comes down from a duration that uses this much of the limits: longer ones use less.
 const SAFE: f64 = 0.5;
 /// Relative accuracy of the duration.
-const ACCURACY: f64 = 1e-4;
+const ACCURACY: f64 = 5e-4;
+
+impl<'a> From<&'a MoveFile> for Task<'a> {
+    fn from(file: &'a MoveFile) -> Self {
+        Self {
+            plant: file.machine.plant(),
+            from: &file.from,
+            to: &file.to,
+            limits: &file.limits,
+        }
+    }
+}
 
 struct Trial {
     quintic_s: f64,
     recording: Recording,
-    most: Use,
+    most: Usage,
 }
 
 impl Task<'_> {
-    fn try_out(&self, shaper: &Shaper, quintic_s: f64, settings: Settings) -> Result<Trial, OdeError> {
+    fn try_out(
+        &self,
+        shaper: &Shaper,
+        quintic_s: f64,
+        settings: Settings,
+    ) -> Result<Trial, OdeError> {
         let profile = Profile::new(quintic_s, shaper.clone());
         let path = RigidPath::new(self.plant, self.from, self.to, &profile);
         let recording = ideal::simulate(self.plant, &path, settings)?;
-        let most = self.bounds.most_used(self.plant, &recording);
-        Ok(Trial { quintic_s, recording, most })
+        let most = Usage::most(self.plant, self.limits, &recording);
+        Ok(Trial {
+            quintic_s,
+            recording,
+            most,
+        })
     }
 
     /// A duration that is long enough but not by far: uses go with its inverse, or the inverse's square.
@@ -99,7 +130,11 @@ impl Task<'_> {
             quintic_s *= (ratio / (0.8 * SAFE)).sqrt().clamp(0.3, 3.0);
             last = Some(trial.most);
         }
-        let most = last.unwrap_or(Use { limit: String::new(), time_s: 0.0, ratio: 0.0 });
+        let most = last.unwrap_or(Usage {
+            limit: String::new(),
+            time_s: 0.0,
+            ratio: 0.0,
+        });
         Err(ShortestError::NoBracket {
             shortest_s: tried.0,
             longest_s: tried.1,
@@ -126,20 +161,29 @@ impl Task<'_> {
             }
             good = next;
         };
-        // The coarse answer may be off by a thousandth: the bracket has to hold for the fine one.
+        // Samples further apart miss peaks, so the coarse answers are a little too good: both ends need fine ones.
         let width_s = good.quintic_s - bad.quintic_s;
         good = self.try_out(shaper, good.quintic_s, FINE)?;
         while good.most.ratio > 1.0 {
-            good = self.try_out(shaper, good.quintic_s + width_s, FINE)?;
+            let longer = self.try_out(shaper, good.quintic_s + width_s, FINE)?;
+            bad = std::mem::replace(&mut good, longer);
         }
-        let mut stretch = 0.5;
-        while good.quintic_s - bad.quintic_s > ACCURACY * good.quintic_s {
-            // Where the straight line between the two meets the limit, but towards the middle after each miss on one side.
+        let accuracy_s = ACCURACY * good.quintic_s;
+        for turn in 0.. {
+            let width_s = good.quintic_s - bad.quintic_s;
+            if width_s <= accuracy_s {
+                break;
+            }
             let (above, below) = (bad.most.ratio - 1.0, 1.0 - good.most.ratio);
-            let share = (above / (above + below)).clamp(0.02, 0.98);
-            let aim = share + (0.5 - share) * stretch;
-            let aim_s = bad.quintic_s + aim * (good.quintic_s - bad.quintic_s);
-            stretch = 1.0 - stretch;
+            let aim_s = match turn % 3 {
+                // A little beyond where the straight line between the two meets the limit …
+                0 => bad.quintic_s + width_s * above / (above + below) + 0.4 * accuracy_s,
+                // … then a little before; if that line misleads, the middle.
+                1 => good.quintic_s - 0.9 * accuracy_s,
+                _ => bad.quintic_s + 0.5 * width_s,
+            };
+            let margin_s = 0.02 * width_s;
+            let aim_s = aim_s.clamp(bad.quintic_s + margin_s, good.quintic_s - margin_s);
             let next = self.try_out(shaper, aim_s, FINE)?;
             if next.most.ratio > 1.0 {
                 bad = next;
@@ -163,7 +207,10 @@ impl Task<'_> {
         let modes = modes::locked(self.plant, &self.plant.rest(self.from))?;
         let tuned: Vec<Tuning> = modes::distinct_hz(&modes)
             .into_iter()
-            .map(|frequency_hz| Tuning { frequency_hz, damping_ratio: 0.0 })
+            .map(|frequency_hz| Tuning {
+                frequency_hz,
+                damping_ratio: 0.0,
+            })
             .collect();
         let mut profiles = vec![("quintic", Shaper::none())];
         if let [lowest, others @ ..] = tuned.as_slice() {
@@ -175,7 +222,9 @@ impl Task<'_> {
             profiles.push(("quintic with ZVD", Shaper::zvd(*lowest)));
         }
         // A quintic of three periods of the slowest vibration hardly excites it.
-        let guess_s = tuned.first().map_or(0.1, |lowest| 3.0 / lowest.frequency_hz);
+        let guess_s = tuned
+            .first()
+            .map_or(0.1, |lowest| 3.0 / lowest.frequency_hz);
         std::thread::scope(|scope| {
             let running: Vec<_> = profiles
                 .iter()
