@@ -105,6 +105,24 @@ pub fn simulate(
     path: &RigidPath,
     settings: Settings,
 ) -> Result<Recording, OdeError> {
+    let end_s = path.profile().duration_s() + settings.after_s;
+    let times: Vec<f64> = (0..)
+        .map(|k| f64::from(k) * settings.sample_s)
+        .take_while(|t| *t <= end_s)
+        .collect();
+    simulate_at(plant, path, &times, settings.tolerance)
+}
+
+/// The same, sampled at the ascending `times_s`.
+///
+/// # Errors
+/// [`OdeError`] where the path leaves what the machine can reach.
+pub fn simulate_at(
+    plant: &dyn Plant,
+    path: &RigidPath,
+    times_s: &[f64],
+    tolerance: f64,
+) -> Result<Recording, OdeError> {
     let n = plant.coordinate_count();
     let space = RefCell::new(Space::new(plant));
     let slope = |time_s: f64, state: &[f64], out: &mut [f64]| {
@@ -116,19 +134,16 @@ pub fn simulate(
         Some(())
     };
     let coordinates = plant.coordinates();
-    let scale = coordinates
-        .iter()
-        .map(|c| c.magnitude)
-        .chain(coordinates.iter().map(|c| c.rate_magnitude));
+    let rates = coordinates.iter().map(|c| c.rate_magnitude);
     let tolerance = Tolerance {
-        relative: settings.tolerance,
-        scale: scale.collect(),
+        relative: tolerance,
+        scale: coordinates
+            .iter()
+            .map(|c| c.magnitude)
+            .chain(rates)
+            .collect(),
     };
     let duration_s = path.profile().duration_s();
-    let end_s = duration_s + settings.after_s;
-    let mut pieces = path.profile().breaks_s();
-    pieces.push(end_s);
-
     let mut recording = Recording {
         duration_s,
         rest_from_s: duration_s,
@@ -136,17 +151,19 @@ pub fn simulate(
     };
     let mut state = path.coordinates(0.0);
     state.resize(2 * n, 0.0);
-    let mut time_s = 0.0;
-    let mut taken = 0_usize;
-    for piece_s in pieces {
-        // Between the breaks everything is smooth, so no step is wasted on a kink.
-        let last = piece_s == end_s;
-        let times: Vec<f64> = (taken..)
-            .map(|k| k as f64 * settings.sample_s)
-            .take_while(|t| *t < piece_s || (last && *t <= piece_s))
-            .collect();
-        taken += times.len();
-        let samples = integrate(slope, (time_s, piece_s), &state, &tolerance, &times)?;
+    let (mut time_s, mut rest) = (0.0, times_s);
+    // Between the breaks everything is smooth, so no step is wasted on a kink.
+    let mut pieces_s = path.profile().breaks_s();
+    pieces_s.push(f64::INFINITY);
+    for piece_s in pieces_s {
+        let (times, later) = rest.split_at(rest.partition_point(|t| *t <= piece_s));
+        rest = later;
+        let until_s = if piece_s.is_finite() {
+            piece_s
+        } else {
+            times.last().copied().unwrap_or(time_s)
+        };
+        let samples = integrate(slope, (time_s, until_s), &state, &tolerance, times)?;
         for (time_s, state) in times.iter().zip(&samples.states) {
             let (q, v) = state.split_at(n);
             let mut space = space.borrow_mut();
@@ -159,7 +176,7 @@ pub fn simulate(
             recording.frames.push(frame);
         }
         state = samples.end;
-        time_s = piece_s;
+        time_s = until_s;
     }
     Ok(recording)
 }

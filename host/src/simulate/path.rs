@@ -59,6 +59,14 @@ impl<'a> RigidPath<'a> {
             .collect()
     }
 
+    /// Coordinates, rates and accelerations of the undeformed machine at a time.
+    #[must_use]
+    pub fn rigid_motion(&self, time_s: f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+        let [_, rate, acceleration, _] = self.profile.at(time_s);
+        let along = |factor: f64| self.direction.iter().map(|d| d * factor).collect();
+        (self.coordinates(time_s), along(rate), along(acceleration))
+    }
+
     /// Motion of the motors. With θ' = J q' along the line, θ̇ = θ' ṡ and θ̈ = θ' s̈ + (J̇q') ṡ².
     ///
     /// NaN where the machine cannot be assembled.

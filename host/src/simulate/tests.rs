@@ -21,32 +21,40 @@ fn quintic(file: &MoveFile, settings: ideal::Settings) -> Recording {
 
 #[test]
 fn explore() {
-    let paper = file("paper");
-    for (tolerance, sample_s) in [(1e-4, 5e-4), (1e-6, 1e-4), (1e-8, 1e-4)] {
-        let t = std::time::Instant::now();
-        let settings = ideal::Settings {
-            tolerance,
-            sample_s,
-            ..Default::default()
-        };
-        let r = quintic(&paper, settings);
-        let ms = t.elapsed().as_secs_f64() * 1e3;
-        println!(
-            "{tolerance:e} {ms} {:?}",
-            super::metrics::Metrics::of(paper.machine.plant(), &r).residual()
-        );
-    }
-    for f in [paper, file("axis")] {
-        let t = std::time::Instant::now();
-        let usual = super::shortest::Task::from(&f).usual().expect("ok");
-        println!("{:?}", t.elapsed());
-        for (name, s) in usual {
+    use super::trajectory::{Feedforward, from_path};
+    use super::{ClosedLoop, DriveSettings, Metrics};
+    let drives = DriveSettings::default();
+    for f in [file("paper"), file("axis")] {
+        let plant = f.machine.plant();
+        for ms in [50.8, 120.0, 200.0] {
+            let profile = Profile::new(ms * 1e-3, Shaper::none());
+            let path = RigidPath::new(plant, &f.from, &f.to, &profile);
             println!(
-                "{name} {} {:?} {:?}",
-                s.profile.duration_s(),
-                s.active,
-                super::metrics::Metrics::of(f.machine.plant(), &s.recording).residual()
+                "ideal {:?}",
+                Metrics::of(
+                    plant,
+                    &ideal::simulate(plant, &path, Default::default()).expect("ok")
+                )
             );
+            for ff in [Feedforward::Ideal, Feedforward::Rigid] {
+                let trajectory = from_path(1, plant, &f.limits, &path, ff).expect("fits");
+                let mut lp = ClosedLoop::new(plant, &f.limits, &f.from, &drives);
+                lp.executor.accept.torque_free_ends = false;
+                let t = std::time::Instant::now();
+                match lp.play(&trajectory) {
+                    Ok(r) => {
+                        let ms = t.elapsed().as_secs_f64() * 1e3;
+                        let flags = r
+                            .commands
+                            .iter()
+                            .flat_map(|c| &c.limited)
+                            .filter(|l| !l.is_empty())
+                            .count();
+                        println!("{ff:?} {ms} ms, {flags} flags {:?}", Metrics::of(plant, &r));
+                    }
+                    Err(e) => println!("{e}"),
+                }
+            }
         }
     }
 }
