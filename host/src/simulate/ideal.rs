@@ -59,14 +59,14 @@ impl Space {
         }
     }
 
-    /// Accelerations, then torques, into `solution`.
+    /// Accelerations, then torques, into `solution`. `pull_per_s` is β.
     fn solve(
         &mut self,
         plant: &dyn Plant,
         path: &RigidPath,
         time_s: f64,
-        q: &[f64],
-        v: &[f64],
+        (q, v): (&[f64], &[f64]),
+        pull_per_s: f64,
     ) -> Option<()> {
         let (n, axes) = (plant.coordinate_count(), plant.axis_count());
         let size = n + axes;
@@ -85,8 +85,8 @@ impl Space {
             let rate: f64 = row.iter().zip(v).map(|(j, v)| j * v).sum();
             let behind = wanted.angles_rad[axis] - unwrapped(angles[axis], wanted.angles_rad[axis]);
             self.solution[n + axis] = wanted.accelerations_rad_per_s2[axis] - e.joint_bias[axis]
-                + 2.0 * PULL_PER_S * (wanted.rates_rad_per_s[axis] - rate)
-                + PULL_PER_S * PULL_PER_S * behind;
+                + 2.0 * pull_per_s * (wanted.rates_rad_per_s[axis] - rate)
+                + pull_per_s * pull_per_s * behind;
             for (column, j) in row.iter().enumerate() {
                 self.system[(n + axis) * size + column] = *j;
                 self.system[column * size + n + axis] = -j;
@@ -105,59 +105,78 @@ pub fn simulate(
     path: &RigidPath,
     settings: Settings,
 ) -> Result<Recording, OdeError> {
+    let end_s = path.profile().duration_s() + settings.after_s;
+    let times: Vec<f64> = (0..)
+        .map(|k| f64::from(k) * settings.sample_s)
+        .take_while(|t| *t <= end_s)
+        .collect();
+    simulate_at(plant, path, &times, settings.tolerance)
+}
+
+/// The same, sampled at the ascending `times_s`.
+///
+/// # Errors
+/// [`OdeError`] where the path leaves what the machine can reach.
+pub fn simulate_at(
+    plant: &dyn Plant,
+    path: &RigidPath,
+    times_s: &[f64],
+    tolerance: f64,
+) -> Result<Recording, OdeError> {
     let n = plant.coordinate_count();
     let space = RefCell::new(Space::new(plant));
     let slope = |time_s: f64, state: &[f64], out: &mut [f64]| {
         let (q, v) = state.split_at(n);
         let mut space = space.borrow_mut();
-        space.solve(plant, path, time_s, q, v)?;
+        space.solve(plant, path, time_s, (q, v), PULL_PER_S)?;
         out[..n].copy_from_slice(v);
         out[n..].copy_from_slice(&space.solution[..n]);
         Some(())
     };
     let coordinates = plant.coordinates();
-    let scale = coordinates
-        .iter()
-        .map(|c| c.magnitude)
-        .chain(coordinates.iter().map(|c| c.rate_magnitude));
+    let rates = coordinates.iter().map(|c| c.rate_magnitude);
     let tolerance = Tolerance {
-        relative: settings.tolerance,
-        scale: scale.collect(),
+        relative: tolerance,
+        scale: coordinates
+            .iter()
+            .map(|c| c.magnitude)
+            .chain(rates)
+            .collect(),
     };
-    let move_s = path.profile().duration_s();
-    let end_s = move_s + settings.after_s;
-    let mut pieces = path.profile().breaks_s();
-    pieces.push(end_s);
-
+    let duration_s = path.profile().duration_s();
     let mut recording = Recording {
-        move_s,
-        frames: Vec::new(),
+        duration_s,
+        rest_from_s: duration_s,
+        ..Recording::default()
     };
     let mut state = path.coordinates(0.0);
     state.resize(2 * n, 0.0);
-    let mut time_s = 0.0;
-    let mut taken = 0_usize;
-    for piece_s in pieces {
-        // Between the breaks everything is smooth, so no step is wasted on a kink.
-        let last = piece_s == end_s;
-        let times: Vec<f64> = (taken..)
-            .map(|k| k as f64 * settings.sample_s)
-            .take_while(|t| *t < piece_s || (last && *t <= piece_s))
-            .collect();
-        taken += times.len();
-        let samples = integrate(slope, (time_s, piece_s), &state, &tolerance, &times)?;
+    let (mut time_s, mut rest) = (0.0, times_s);
+    // Between the breaks everything is smooth, so no step is wasted on a kink.
+    let mut pieces_s = path.profile().breaks_s();
+    pieces_s.push(f64::INFINITY);
+    for piece_s in pieces_s {
+        let (times, later) = rest.split_at(rest.partition_point(|t| *t <= piece_s));
+        rest = later;
+        let until_s = if piece_s.is_finite() {
+            piece_s
+        } else {
+            times.last().copied().unwrap_or(time_s)
+        };
+        let samples = integrate(slope, (time_s, until_s), &state, &tolerance, times)?;
         for (time_s, state) in times.iter().zip(&samples.states) {
             let (q, v) = state.split_at(n);
             let mut space = space.borrow_mut();
+            // Without the pull: it would turn the interpolation's last digits into torque.
             space
-                .solve(plant, path, *time_s, q, v)
+                .solve(plant, path, *time_s, (q, v), 0.0)
                 .ok_or(OdeError::Undefined { time_s: *time_s })?;
             let torques = &space.solution[n..];
             let frame = Frame::of(plant, *time_s, q, v, torques, recording.frames.last());
             recording.frames.push(frame);
         }
         state = samples.end;
-        time_s = piece_s;
+        time_s = until_s;
     }
     Ok(recording)
 }

@@ -4,7 +4,7 @@
 //! ZᵀKZ s = ω² ZᵀMZ s.
 
 use crate::machine::{Equations, Plant};
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::{Cholesky, DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// One mode of vibration.
@@ -32,25 +32,12 @@ pub enum ModesError {
 /// # Errors
 /// [`ModesError`] at a singular pose.
 pub fn locked(plant: &dyn Plant, q: &[f64]) -> Result<Vec<Mode>, ModesError> {
-    let (n, axes) = (plant.coordinate_count(), plant.axis_count());
-    let mut equations = Equations::new(plant);
-    plant.equations(q, &vec![0.0; n], &mut equations);
-    // In units of the coordinates' magnitudes: metres and curvatures become comparable.
-    let magnitudes = plant.coordinates().into_iter().map(|c| c.magnitude);
-    let scale = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(n, magnitudes));
-    let mass = &scale * DMatrix::from_row_slice(n, n, &equations.mass_matrix) * &scale;
-    let stiffness = &scale * plant.stiffness(q) * &scale;
-    let jacobian = DMatrix::from_row_slice(axes, n, &equations.joint_jacobian) * &scale;
-    if [&mass, &stiffness, &jacobian]
-        .iter()
-        .any(|m| m.iter().any(|x| !x.is_finite()))
-    {
-        return Err(ModesError::Singular);
-    }
-
-    // Projector on the null space: its eigenvalues are 0 and 1.
-    let gram = Cholesky::new(&jacobian * jacobian.transpose()).ok_or(ModesError::Singular)?;
-    let projector = DMatrix::identity(n, n) - jacobian.transpose() * gram.solve(&jacobian);
+    let matrices = Matrices::at(plant, q)?;
+    let j = &matrices.jacobian;
+    let n = plant.coordinate_count();
+    // Projector on the null space of J: its eigenvalues are 0 and 1.
+    let gram = Cholesky::new(j * j.transpose()).ok_or(ModesError::Singular)?;
+    let projector = DMatrix::identity(n, n) - j.transpose() * gram.solve(j);
     let split = projector.symmetric_eigen();
     let null: Vec<_> = (0..n)
         .filter(|&k| split.eigenvalues[k] > 0.5)
@@ -59,21 +46,61 @@ pub fn locked(plant: &dyn Plant, q: &[f64]) -> Result<Vec<Mode>, ModesError> {
     if null.is_empty() {
         return Ok(Vec::new());
     }
-    let basis = DMatrix::from_columns(&null);
+    matrices.modes(&DMatrix::from_columns(&null))
+}
 
-    let reduced_mass = Cholesky::new(basis.tr_mul(&mass) * &basis).ok_or(ModesError::Singular)?;
-    let inverse = reduced_mass.l().try_inverse().ok_or(ModesError::Singular)?;
-    let reduced = &inverse * (basis.tr_mul(&stiffness) * &basis) * inverse.transpose();
-    let eigen = reduced.symmetric_eigen();
-    let shapes = &scale * basis * inverse.transpose() * &eigen.eigenvectors;
-    let mut modes: Vec<Mode> = (0..null.len())
-        .map(|k| Mode {
-            frequency_hz: eigen.eigenvalues[k].max(0.0).sqrt() / TAU,
-            shape: shapes.column(k).iter().copied().collect(),
-        })
-        .collect();
-    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-    Ok(modes)
+/// Modes with motors that nothing holds, about the undeformed machine at `q`, by rising frequency; those that move it as
+/// a whole come first, with 0 Hz.
+///
+/// # Errors
+/// [`ModesError`] at a singular pose.
+pub fn free(plant: &dyn Plant, q: &[f64]) -> Result<Vec<Mode>, ModesError> {
+    let n = plant.coordinate_count();
+    Matrices::at(plant, q)?.modes(&DMatrix::identity(n, n))
+}
+
+/// M, K and J in units of the coordinates' magnitudes: metres and curvatures become comparable.
+struct Matrices {
+    scale: DMatrix<f64>,
+    mass: DMatrix<f64>,
+    stiffness: DMatrix<f64>,
+    jacobian: DMatrix<f64>,
+}
+
+impl Matrices {
+    fn at(plant: &dyn Plant, q: &[f64]) -> Result<Self, ModesError> {
+        let (n, axes) = (plant.coordinate_count(), plant.axis_count());
+        let mut equations = Equations::new(plant);
+        plant.equations(q, &vec![0.0; n], &mut equations);
+        let magnitudes = plant.coordinates().into_iter().map(|c| c.magnitude);
+        let scale = DMatrix::from_diagonal(&DVector::from_iterator(n, magnitudes));
+        let matrices = Self {
+            mass: &scale * DMatrix::from_row_slice(n, n, &equations.mass_matrix) * &scale,
+            stiffness: &scale * plant.stiffness(q) * &scale,
+            jacobian: DMatrix::from_row_slice(axes, n, &equations.joint_jacobian) * &scale,
+            scale,
+        };
+        let all = [&matrices.mass, &matrices.stiffness, &matrices.jacobian];
+        let finite = all.iter().all(|m| m.iter().all(|x| x.is_finite()));
+        finite.then_some(matrices).ok_or(ModesError::Singular)
+    }
+
+    /// Modes within the span of a basis.
+    fn modes(&self, basis: &DMatrix<f64>) -> Result<Vec<Mode>, ModesError> {
+        let mass = Cholesky::new(basis.tr_mul(&self.mass) * basis).ok_or(ModesError::Singular)?;
+        let inverse = mass.l().try_inverse().ok_or(ModesError::Singular)?;
+        let stiffness = basis.tr_mul(&self.stiffness) * basis;
+        let eigen = (&inverse * stiffness * inverse.transpose()).symmetric_eigen();
+        let shapes = &self.scale * basis * inverse.transpose() * &eigen.eigenvectors;
+        let mut modes: Vec<Mode> = (0..basis.ncols())
+            .map(|k| Mode {
+                frequency_hz: eigen.eigenvalues[k].max(0.0).sqrt() / TAU,
+                shape: shapes.column(k).iter().copied().collect(),
+            })
+            .collect();
+        modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+        Ok(modes)
+    }
 }
 
 /// The different frequencies among modes, rising; those within a hundredth count as one, with the lowest's value.

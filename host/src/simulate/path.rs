@@ -16,23 +16,31 @@ pub struct JointMotion {
 }
 
 /// A straight line of poses, travelled with a [`Profile`].
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct RigidPath<'a> {
     plant: &'a dyn Plant,
-    from: &'a [f64],
-    to: &'a [f64],
     profile: &'a Profile,
+    start: Vec<f64>,
+    /// From start to end in the coordinates of the undeformed machine, which are linear in the pose.
+    direction: Vec<f64>,
 }
 
 impl<'a> RigidPath<'a> {
     /// From pose to pose.
     #[must_use]
-    pub fn new(plant: &'a dyn Plant, from: &'a [f64], to: &'a [f64], profile: &'a Profile) -> Self {
+    pub fn new(plant: &'a dyn Plant, from: &[f64], to: &[f64], profile: &'a Profile) -> Self {
+        let start = plant.rest(from);
+        let direction = plant
+            .rest(to)
+            .iter()
+            .zip(&start)
+            .map(|(e, s)| e - s)
+            .collect();
         Self {
             plant,
-            from,
-            to,
             profile,
+            start,
+            direction,
         }
     }
 
@@ -42,23 +50,21 @@ impl<'a> RigidPath<'a> {
         self.profile
     }
 
-    /// Undeformed coordinates at a time, their direction of travel, and the profile there.
-    fn along(&self, time_s: f64) -> (Vec<f64>, Vec<f64>, [f64; 4]) {
-        let (start, end) = (self.plant.rest(self.from), self.plant.rest(self.to));
-        let profile = self.profile.at(time_s);
-        let direction: Vec<f64> = end.iter().zip(&start).map(|(e, s)| e - s).collect();
-        let q = start
-            .iter()
-            .zip(&direction)
-            .map(|(s, d)| s + d * profile[0])
-            .collect();
-        (q, direction, profile)
-    }
-
     /// Coordinates of the undeformed machine at a time.
     #[must_use]
     pub fn coordinates(&self, time_s: f64) -> Vec<f64> {
-        self.along(time_s).0
+        let along = self.profile.at(time_s)[0];
+        let line = self.start.iter().zip(&self.direction);
+        line.map(|(start, direction)| start + along * direction)
+            .collect()
+    }
+
+    /// Coordinates, rates and accelerations of the undeformed machine at a time.
+    #[must_use]
+    pub fn rigid_motion(&self, time_s: f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+        let [_, rate, acceleration, _] = self.profile.at(time_s);
+        let along = |factor: f64| self.direction.iter().map(|d| d * factor).collect();
+        (self.coordinates(time_s), along(rate), along(acceleration))
     }
 
     /// Motion of the motors. With θ' = J q' along the line, θ̇ = θ' ṡ and θ̈ = θ' s̈ + (J̇q') ṡ².
@@ -66,22 +72,29 @@ impl<'a> RigidPath<'a> {
     /// NaN where the machine cannot be assembled.
     #[must_use]
     pub fn motion(&self, time_s: f64, equations: &mut Equations) -> JointMotion {
-        let (q, direction, [_, rate, acceleration, _]) = self.along(time_s);
-        self.plant.equations(&q, &direction, equations);
-        let slopes: Vec<f64> = equations
-            .joint_jacobian
-            .chunks_exact(q.len())
-            .map(|row| row.iter().zip(&direction).map(|(j, d)| j * d).sum())
-            .collect();
-        let bends = &equations.joint_bias;
+        let [_, rate, acceleration, _] = self.profile.at(time_s);
+        let q = self.coordinates(time_s);
+        if rate == 0.0 && acceleration == 0.0 {
+            // Most of a simulation is watching the machine ring at rest.
+            let axes = self.plant.axis_count();
+            return JointMotion {
+                angles_rad: self.plant.joint_angles(&q),
+                rates_rad_per_s: vec![0.0; axes],
+                accelerations_rad_per_s2: vec![0.0; axes],
+            };
+        }
+        self.plant.equations(&q, &self.direction, equations);
+        let (mut rates_rad_per_s, mut accelerations_rad_per_s2) = (Vec::new(), Vec::new());
+        let rows = equations.joint_jacobian.chunks_exact(q.len());
+        for (row, bend) in rows.zip(&equations.joint_bias) {
+            let slope: f64 = row.iter().zip(&self.direction).map(|(j, d)| j * d).sum();
+            rates_rad_per_s.push(slope * rate);
+            accelerations_rad_per_s2.push(slope * acceleration + bend * rate * rate);
+        }
         JointMotion {
             angles_rad: self.plant.joint_angles(&q),
-            rates_rad_per_s: slopes.iter().map(|slope| slope * rate).collect(),
-            accelerations_rad_per_s2: slopes
-                .iter()
-                .zip(bends)
-                .map(|(slope, bend)| slope * acceleration + bend * rate * rate)
-                .collect(),
+            rates_rad_per_s,
+            accelerations_rad_per_s2,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::path::unwrapped;
 use crate::machine::Plant;
+use stillpoint_firmware::{LimitFlags, Setpoint};
 
 /// Everything at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,8 +55,22 @@ impl Frame {
 /// A simulated move and what came after it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
-    /// Duration of the move; frames after it show the ringing.
-    pub move_s: f64,
+    /// Duration of the move as planned.
+    pub duration_s: f64,
+    /// From here on the motors are told to stand still, so what moves is vibration: the end of the move, or later by
+    /// what the drives delay.
+    pub rest_from_s: f64,
     /// Samples, ascending in time.
     pub frames: Vec<Frame>,
+    /// What the executor sent, one per frame; empty with ideal drives.
+    pub commands: Vec<Command>,
+}
+
+/// What the executor sent to the drives in one tick.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Command {
+    /// Set-points, axis by axis.
+    pub setpoints: Vec<Setpoint>,
+    /// Limits in force, axis by axis.
+    pub limited: Vec<LimitFlags>,
 }

@@ -4,76 +4,57 @@ use super::ideal;
 use super::modes;
 use super::path::RigidPath;
 use super::profile::{Profile, Shaper};
-use crate::machine::{OutputKind, Plant, ThreeRrr, TwoMassAxis};
+use super::recording::Recording;
+use crate::movefile::MoveFile;
 
-const FROM: [f64; 3] = [0.1875, 0.10825317547305484, 0.0];
-const TO: [f64; 3] = [0.2175, 0.10825317547305484, 0.0];
-
-fn machine<T: serde::de::DeserializeOwned>(text: &str) -> T {
-    #[derive(serde::Deserialize)]
-    struct Move {
-        machine: toml::Table,
-    }
-    let mut table = toml::from_str::<Move>(text).expect("a move file").machine;
-    table.remove("kind");
-    table.try_into().expect("a machine")
+fn file(name: &str) -> MoveFile {
+    let path = format!("{}/moves/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    MoveFile::read(path).expect("a move")
 }
 
-fn paper() -> ThreeRrr {
-    machine(include_str!("../../moves/paper.toml"))
-}
-
-fn axis() -> TwoMassAxis {
-    machine(include_str!("../../moves/axis.toml"))
+fn quintic(file: &MoveFile, settings: ideal::Settings) -> Recording {
+    let profile = Profile::new(0.0508, Shaper::none());
+    let plant = file.machine.plant();
+    let path = RigidPath::new(plant, &file.from, &file.to, &profile);
+    ideal::simulate(plant, &path, settings).expect("reachable")
 }
 
 #[test]
 fn explore() {
-    let plant = paper();
-    let q = Plant::rest(&plant, &FROM);
-    let t = std::time::Instant::now();
-    for _ in 0..10000 {
-        std::hint::black_box(plant.forward(&q, &[0.1; 6], &[1.0; 3]));
-    }
-    println!("forward {} ns", t.elapsed().as_nanos() / 10000);
-    let mut e = crate::machine::Equations::new(&plant);
-    let t = std::time::Instant::now();
-    for _ in 0..10000 {
-        plant.equations(&q, &[0.1; 6], &mut e);
-        std::hint::black_box(&mut e);
-    }
-    println!("equations {} ns", t.elapsed().as_nanos() / 10000);
-    println!(
-        "{:?}",
-        modes::locked(&plant, &q).map(|m| modes::distinct_hz(&m))
-    );
-    println!("{:?}", modes::locked(&axis(), &[0.0, 0.0]));
-    let profile = Profile::new(0.0508, Shaper::none());
-    let path = RigidPath::new(&plant, &FROM, &TO, &profile);
-    for tolerance in [1e-4, 1e-5, 1e-6, 1e-8, 1e-10] {
-        let t = std::time::Instant::now();
-        let settings = ideal::Settings {
-            tolerance,
-            ..Default::default()
-        };
-        let r = ideal::simulate(&plant, &path, settings).expect("ok");
-        let ms = t.elapsed().as_secs_f64() * 1e3;
-        let outputs = Plant::outputs(&plant);
-        let peak = |from: f64, to: f64, kind| {
-            r.frames
-                .iter()
-                .filter(|f| (from..=to).contains(&f.time_s))
-                .flat_map(|f| f.outputs.iter().zip(&outputs))
-                .filter(|(_, o)| o.kind == kind)
-                .map(|(v, _)| v.abs())
-                .fold(0.0, f64::max)
-        };
-        println!(
-            "{tolerance:e} {ms} ms {} frames: {} {} {}",
-            r.frames.len(),
-            peak(0.0, 1.0, OutputKind::Strain),
-            peak(r.move_s, 1.0, OutputKind::Strain),
-            peak(0.0, 1.0, OutputKind::ElasticDisplacement)
-        );
+    use super::trajectory::{Feedforward, from_path};
+    use super::{ClosedLoop, DriveSettings, Metrics};
+    let drives = DriveSettings::default();
+    for f in [file("paper"), file("axis")] {
+        let plant = f.machine.plant();
+        for ms in [50.8, 120.0, 200.0] {
+            let profile = Profile::new(ms * 1e-3, Shaper::none());
+            let path = RigidPath::new(plant, &f.from, &f.to, &profile);
+            println!(
+                "ideal {:?}",
+                Metrics::of(
+                    plant,
+                    &ideal::simulate(plant, &path, Default::default()).expect("ok")
+                )
+            );
+            for ff in [Feedforward::Ideal, Feedforward::Rigid] {
+                let trajectory = from_path(1, plant, &f.limits, &path, ff).expect("fits");
+                let mut lp = ClosedLoop::new(plant, &f.limits, &f.from, &drives);
+                lp.executor.accept.torque_free_ends = false;
+                let t = std::time::Instant::now();
+                match lp.play(&trajectory) {
+                    Ok(r) => {
+                        let ms = t.elapsed().as_secs_f64() * 1e3;
+                        let flags = r
+                            .commands
+                            .iter()
+                            .flat_map(|c| &c.limited)
+                            .filter(|l| !l.is_empty())
+                            .count();
+                        println!("{ff:?} {ms} ms, {flags} flags {:?}", Metrics::of(plant, &r));
+                    }
+                    Err(e) => println!("{e}"),
+                }
+            }
+        }
     }
 }
