@@ -5,3 +5,4 @@
 pub mod autodiff;
 pub mod machine;
 pub mod movefile;
+pub mod report;
