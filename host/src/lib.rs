@@ -9,4 +9,5 @@ pub mod movefile;
 pub mod nlp;
 pub mod ocp;
 pub mod plan;
+pub mod report;
 pub mod simulate;

@@ -60,11 +60,6 @@ impl Basis {
         self.points
     }
 
-    /// Number N + 1 of support points, which is the number of rows [`Basis::evaluate`] takes.
-    pub fn support(&self) -> usize {
-        self.points + 1
-    }
-
     /// The support points on [−1, 1], ascending, as evaluation uses them.
     pub fn nodes(&self) -> &[f32] {
         self.nodes.get(..=self.points).unwrap_or_default()

@@ -65,7 +65,7 @@ pub struct MoveFile {
 pub struct Entry {
     /// The table it stands in.
     pub table: &'static str,
-    /// The key, with its unit.
+    /// The key, with its unit; dotted where it stands in a table of that table.
     pub key: String,
     /// The value.
     pub value: String,

@@ -141,21 +141,26 @@ impl<'t> Section<'t> {
     /// Every number of the table and of the tables in it, with its key and place.
     pub(super) fn numbers(&self) -> Vec<(String, f64, Range<usize>)> {
         let mut found = Vec::new();
-        collect(&self.table, "", &mut found);
+        leaves(&self.table, "", &mut |key, value| {
+            if let Ok(number) = f64::deserialize(ValueDeserializer::from(value.clone())) {
+                found.push((key, number, value.span()));
+            }
+        });
         found.sort_by_key(|(_, _, bytes)| bytes.start);
         found
     }
 
-    /// Every key of the table as `(key, value as written)`, in the order of the file.
+    /// Every key of the table and of the tables in it as `(key, value as written)`, in the order of the file.
     pub(super) fn entries(&self, text: &str) -> Vec<(String, String)> {
-        let mut entries: Vec<_> = self.table.iter().collect();
-        entries.sort_by_key(|(key, _)| key.span().start);
+        let mut entries = Vec::new();
+        leaves(&self.table, "", &mut |key, value| {
+            let written = text.get(value.span()).unwrap_or_default();
+            entries.push((value.span().start, key, written.trim().to_owned()));
+        });
+        entries.sort();
         entries
             .into_iter()
-            .map(|(key, value)| {
-                let written = text.get(value.span()).unwrap_or_default();
-                (key.get_ref().to_string(), written.trim().to_owned())
-            })
+            .map(|(_, key, value)| (key, value))
             .collect()
     }
 
@@ -194,13 +199,13 @@ impl<'t> Section<'t> {
     }
 }
 
-fn collect(table: &DeTable<'_>, prefix: &str, found: &mut Vec<(String, f64, Range<usize>)>) {
+/// Visits everything that is not a table, with its dotted key.
+fn leaves(table: &DeTable<'_>, prefix: &str, visit: &mut dyn FnMut(String, &Spanned<DeValue<'_>>)) {
     for (key, value) in table {
         let key = format!("{prefix}{}", key.get_ref());
-        if let DeValue::Table(inner) = value.get_ref() {
-            collect(inner, &format!("{key}."), found);
-        } else if let Ok(number) = f64::deserialize(ValueDeserializer::from(value.clone())) {
-            found.push((key, number, value.span()));
+        match value.get_ref() {
+            DeValue::Table(inner) => leaves(inner, &format!("{key}."), visit),
+            _ => visit(key, value),
         }
     }
 }

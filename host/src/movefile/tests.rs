@@ -49,7 +49,7 @@ fn reads_the_papers_move() {
     }
     let shown = |key: &str| file.entries.iter().find(|e| e.key == key).expect("entry");
     assert_eq!(shown("youngs_modulus_pa").value, "210e9");
-    assert_eq!(shown("to").table, "move");
+    assert_eq!(shown("to.x_m").table, "move");
 }
 
 #[test]
