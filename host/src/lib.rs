@@ -4,6 +4,7 @@
 #![cfg_attr(feature = "ipopt", deny(unsafe_code))]
 
 pub mod autodiff;
+pub mod cli;
 pub mod machine;
 pub mod movefile;
 pub mod nlp;
@@ -11,3 +12,4 @@ pub mod ocp;
 pub mod plan;
 pub mod report;
 pub mod simulate;
+pub mod study;

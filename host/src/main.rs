@@ -1,2 +1,7 @@
-//! Stillpoint.
-fn main() {}
+//! The `stillpoint` command.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    stillpoint::cli::run()
+}

@@ -26,8 +26,9 @@ pub use error::{MoveFileError, Problem};
 pub use kind::MachineKind;
 pub use limits::Limits;
 pub use place::Place;
-pub use settings::{DriveSettings, Mesh, Solver};
+pub use settings::{Mesh, Solver};
 
+use crate::simulate::DriveSettings;
 use error::Fault;
 use section::Section;
 use std::io::Read;
@@ -132,7 +133,7 @@ impl MoveFile {
             to,
             mesh: Mesh::read(&table("mesh")?)?,
             solver: optional(&root, "solver", Solver::read)?,
-            drive: optional(&root, "drive", Section::read)?,
+            drive: optional(&root, "drive", settings::read_drive)?,
             entries: entries(&root, text)?,
         })
     }

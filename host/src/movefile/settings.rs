@@ -2,6 +2,7 @@
 
 use super::error::{Fault, Problem};
 use super::section::Section;
+use crate::simulate::DriveSettings;
 use serde::Deserialize;
 use std::ops::RangeInclusive;
 
@@ -31,11 +32,6 @@ impl Default for Solver {
         }
     }
 }
-
-/// PLUG IN HERE: `simulate::DriveSettings` takes the place of this empty stand-in, which accepts an empty table only.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DriveSettings {}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -88,6 +84,22 @@ impl Solver {
             max_iterations,
         })
     }
+}
+
+/// Reads the `[drive]` table.
+pub(super) fn read_drive(section: &Section<'_>) -> Result<DriveSettings, Box<Fault>> {
+    let settings: DriveSettings = section.read()?;
+    settings.validate().map_err(|error| {
+        Fault::new(
+            section.bytes(error.key),
+            Problem::Value {
+                key: error.key.into(),
+                value: error.value,
+                rule: error.rule.into(),
+            },
+        )
+    })?;
+    Ok(settings)
 }
 
 fn whole(

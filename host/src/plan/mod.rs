@@ -10,7 +10,7 @@ pub use check::{EndMiss, LargestViolation, end_miss, largest_violation};
 pub use diagnosis::{Diagnosis, Saturation, Violation};
 pub use guess::{quintic_guess, rigid_duration_s};
 pub use problem::move_problem;
-pub use trajectory::{ConversionError, board_limits, trajectory};
+pub use trajectory::{ConversionError, trajectory};
 
 use crate::movefile::MoveFile;
 use crate::nlp::{Iteration, NlpSolver, Settings, Status};

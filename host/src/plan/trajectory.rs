@@ -3,9 +3,8 @@
 use crate::machine::Plant;
 use crate::movefile::Limits;
 use crate::ocp::Solution;
-use stillpoint_shared::{
-    self as shared, AxisLimits, LimitsError, TrajectoryBuilder, TrajectoryError, time,
-};
+use crate::simulate::trajectory::board_limits;
+use stillpoint_shared::{self as shared, LimitsError, TrajectoryBuilder, TrajectoryError, time};
 
 /// Why a solution cannot become a trajectory.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -27,22 +26,6 @@ pub enum ConversionError {
     },
 }
 
-/// The limits that the board enforces: those of the axes, at the joint.
-///
-/// # Errors
-/// Limits that are not positive numbers in f32.
-pub fn board_limits(plant: &dyn Plant, limits: &Limits) -> Result<shared::Limits, ConversionError> {
-    let ratio = plant.reducer_ratio();
-    let axis = AxisLimits {
-        torque_nm: limits.torque_nm as f32,
-        torque_rate_nm_per_s: limits.torque_rate_nm_per_s as f32,
-        speed_rad_per_s: limits.joint_speed_rad_per_s(ratio) as f32,
-        knee_speed_rad_per_s: limits.knee_rad_per_s(ratio) as f32,
-        slope_nm_s_per_rad: limits.slope_nm_s_per_rad(ratio) as f32,
-    };
-    shared::Limits::new(&vec![axis; plant.axis_count()]).map_err(ConversionError::Limits)
-}
-
 /// The trajectory of a planned move, named by `id`.
 ///
 /// Interval lengths are rounded up to ticks of 0.1 µs, so no rate grows.
@@ -55,7 +38,7 @@ pub fn trajectory(
     solution: &Solution,
     id: u32,
 ) -> Result<shared::Trajectory, ConversionError> {
-    let board = board_limits(plant, limits)?;
+    let board = board_limits(limits, plant).map_err(ConversionError::Limits)?;
     let (axes, n) = (plant.axis_count(), plant.coordinate_count());
     let mut builder = TrajectoryBuilder::new(id, &board);
     let mut first = 0;

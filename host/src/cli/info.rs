@@ -1,0 +1,59 @@
+//! `stillpoint info F.spt`
+
+use super::{Failure, encode, read_trajectory};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+use stillpoint_shared::time;
+
+/// Show what a trajectory contains.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The trajectory file
+    #[arg(value_name = "F.spt")]
+    trajectory: PathBuf,
+    /// Print the result as one JSON object on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let trajectory = read_trajectory(&arguments.trajectory)?;
+    let header = trajectory.header();
+    let bytes = encode(&trajectory)?.len();
+    if arguments.json {
+        let intervals: Vec<_> = (trajectory.intervals())
+            .map(|i| json!({"duration_s": time::seconds(i.duration_ticks), "points": i.points}))
+            .collect();
+        let object = json!({
+            "version": header.version,
+            "id": header.id,
+            "axes": header.axes,
+            "duration_s": time::seconds(header.duration_ticks),
+            "duration_ticks": header.duration_ticks,
+            "limits_hash": format!("{:016x}", header.limits_hash),
+            "content_hash": format!("{:016x}", header.content_hash),
+            "bytes": bytes,
+            "intervals": intervals,
+        });
+        println!("{object}");
+        return Ok(());
+    }
+    println!("move {} in format {}, {bytes} bytes", header.id, header.version);
+    println!(
+        "  {} axes, {:.4} ms ({} ticks of 0.1 µs)",
+        header.axes,
+        time::seconds(header.duration_ticks) * 1e3,
+        header.duration_ticks
+    );
+    println!("  content {:016x}, planned for limits {:016x}", header.content_hash, header.limits_hash);
+    for (index, interval) in trajectory.intervals().enumerate() {
+        println!(
+            "  interval {}: {:.4} ms, {} points",
+            index + 1,
+            time::seconds(interval.duration_ticks) * 1e3,
+            interval.points
+        );
+    }
+    Ok(())
+}

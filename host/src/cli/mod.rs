@@ -1,0 +1,114 @@
+//! The command line: one file per subcommand. Results go to stdout, everything else to stderr; the exit code is 0 only
+//! for success.
+
+mod demo;
+mod export;
+mod info;
+mod plan;
+mod report;
+mod simulate;
+mod terminal;
+
+use clap::{Parser, Subcommand};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use stillpoint_shared::{Trajectory, TrajectoryError};
+
+/// Plans the fastest move of a flexible machine that ends still, checks it, and plays it through the board's executor.
+#[derive(Debug, Parser)]
+#[command(name = "stillpoint", version, about, propagate_version = true, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Plan a move and write the trajectory that the board plays
+    Plan(plan::Arguments),
+    /// Play a trajectory through the board's executor against the flexible machine
+    Simulate(simulate::Arguments),
+    /// Write a self-contained HTML report of a trajectory and its simulation
+    Report(report::Arguments),
+    /// Show what a trajectory file contains
+    Info(info::Arguments),
+    /// Write a trajectory as set-points in CSV
+    Export(export::Arguments),
+    /// Plan, play and compare the paper's move; writes the folder stillpoint-demo
+    Demo(demo::Arguments),
+}
+
+/// An error for the user, already in words.
+type Failure = Box<dyn std::error::Error>;
+
+/// Runs the command of this process.
+#[must_use]
+pub fn run() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Plan(arguments) => return plan::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// A file that cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot {verb} {path}: {source}", path = path.display())]
+struct FileError {
+    verb: &'static str,
+    path: PathBuf,
+    source: std::io::Error,
+}
+
+/// A trajectory file that is damaged or something else.
+#[derive(Debug, thiserror::Error)]
+#[error("{path} is not a trajectory that can be used: {source}", path = path.display())]
+struct TrajectoryFileError {
+    path: PathBuf,
+    source: TrajectoryError,
+}
+
+fn read_trajectory(path: &Path) -> Result<Trajectory, Failure> {
+    let bytes = std::fs::read(path).map_err(|source| FileError {
+        verb: "read",
+        path: path.to_owned(),
+        source,
+    })?;
+    Ok(Trajectory::decode(&bytes).map_err(|source| TrajectoryFileError {
+        path: path.to_owned(),
+        source,
+    })?)
+}
+
+fn create_folder(path: &Path) -> Result<(), FileError> {
+    std::fs::create_dir_all(path).map_err(|source| FileError {
+        verb: "create",
+        path: path.to_owned(),
+        source,
+    })
+}
+
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    std::fs::write(path, bytes).map_err(|source| FileError {
+        verb: "write",
+        path: path.to_owned(),
+        source,
+    })
+}
+
+fn encode(trajectory: &Trajectory) -> Result<Vec<u8>, TrajectoryError> {
+    let mut buffer = vec![0; stillpoint_shared::trajectory::MAX_ENCODED_BYTES];
+    let length = trajectory.encode(&mut buffer)?.len();
+    buffer.truncate(length);
+    Ok(buffer)
+}

@@ -1,0 +1,54 @@
+//! `stillpoint report F.spt --move MOVE.toml`
+
+use super::{Failure, read_trajectory, terminal, write_file};
+use crate::movefile::MoveFile;
+use crate::study::{Document, Run, equal_quintic, play};
+use clap::Args;
+use std::path::PathBuf;
+use stillpoint_shared::time;
+
+/// Report on a trajectory.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The trajectory file
+    #[arg(value_name = "F.spt")]
+    trajectory: PathBuf,
+    /// The move file that says which machine, limits and drives
+    #[arg(long = "move", value_name = "MOVE.toml")]
+    file: PathBuf,
+    /// Where to write the report
+    #[arg(long, value_name = "FILE.html", default_value = "report.html")]
+    out: PathBuf,
+    /// Also write every figure as an SVG file into this folder
+    #[arg(long, value_name = "FOLDER")]
+    figures: Option<PathBuf>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let file = MoveFile::read(&arguments.file)?;
+    let trajectory = read_trajectory(&arguments.trajectory)?;
+    terminal::step("playing the trajectory and the quintic of equal duration");
+    let own = play(&file.name, &file, &trajectory)?;
+    let duration_s = time::seconds(trajectory.duration_ticks());
+    let quintic = equal_quintic("quintic, equal duration", &file, duration_s)?;
+    let drawn = [own, quintic];
+    let document = Document {
+        file: &file,
+        trajectory: &trajectory,
+        plan: None,
+        rows: drawn.iter().map(Run::row).collect(),
+        drawn: &drawn,
+        paper: false,
+    };
+    write_file(&arguments.out, document.html().as_bytes())?;
+    println!("written to {}", arguments.out.display());
+    if let Some(folder) = &arguments.figures {
+        super::create_folder(folder)?;
+        for figure in document.figures() {
+            let path = folder.join(format!("{}.svg", figure.id));
+            write_file(&path, figure.svg().as_bytes())?;
+            println!("written to {}", path.display());
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,50 @@
+//! `stillpoint simulate F.spt --move MOVE.toml`
+
+use super::{Failure, read_trajectory};
+use crate::movefile::MoveFile;
+use crate::study::{Document, play};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Play a trajectory.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The trajectory file
+    #[arg(value_name = "F.spt")]
+    trajectory: PathBuf,
+    /// The move file that says which machine, limits and drives
+    #[arg(long = "move", value_name = "MOVE.toml")]
+    file: PathBuf,
+    /// Print the result as one JSON object on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let file = MoveFile::read(&arguments.file)?;
+    let trajectory = read_trajectory(&arguments.trajectory)?;
+    let run = play(&file.name, &file, &trajectory)?;
+    if arguments.json {
+        let limited = run.recording.commands.iter();
+        let ticks = limited.filter(|c| c.limited.iter().any(|flags| !flags.is_empty())).count();
+        println!("{}", json!({"name": run.name, "metrics": run.metrics, "limited_ticks": ticks}));
+    } else {
+        let document = Document {
+            file: &file,
+            trajectory: &trajectory,
+            plan: None,
+            rows: vec![run.row()],
+            drawn: &[],
+            paper: false,
+        };
+        print!("{}", document.table());
+        for peak in &run.metrics.elastic_displacement {
+            println!(
+                "{}: {:.4e} {} at most, {:.4e} {} left after the move",
+                peak.label, peak.peak, peak.unit, peak.residual, peak.unit
+            );
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,73 @@
+//! Progress on stderr: one line that is rewritten on a terminal, a line now and then elsewhere. Ctrl-C is noted here.
+
+use crate::nlp::Iteration;
+use std::io::{IsTerminal, Write, stderr};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+
+/// Off a terminal, how many iterations pass between two lines.
+const LINE_EVERY: usize = 10;
+
+/// Whether Ctrl-C was pressed. The first call installs the handler; a second Ctrl-C ends the process at once.
+fn interrupted() -> &'static Arc<AtomicBool> {
+    static FLAG: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+    FLAG.get_or_init(|| {
+        let flag = Arc::new(AtomicBool::new(false));
+        let set = Arc::clone(&flag);
+        // Without a handler Ctrl-C still ends the process, only less politely.
+        let _ = ctrlc::set_handler(move || {
+            if set.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+        });
+        flag
+    })
+}
+
+/// Shows the solver's progress and ends the solve on Ctrl-C. `log` prints every iteration.
+#[must_use]
+pub(super) fn solver_progress(quiet: bool, log: bool) -> crate::plan::Progress {
+    let stop = Arc::clone(interrupted());
+    let rewrite = stderr().is_terminal() && !log;
+    if log {
+        eprintln!("iteration    duration/ms   infeasibility   optimality      barrier");
+    }
+    Box::new(move |iteration: &Iteration, duration_s: f64| {
+        if log {
+            eprintln!(
+                "{:>9}  {:>13.6}  {:>14.3e}  {:>11.3e}  {:>11.3e}{}",
+                iteration.number,
+                duration_s * 1e3,
+                iteration.primal_infeasibility,
+                iteration.dual_infeasibility,
+                iteration.barrier,
+                if iteration.restoring { "  restoring feasibility" } else { "" }
+            );
+        } else if !quiet && (rewrite || iteration.number.is_multiple_of(LINE_EVERY)) {
+            let (start, end) = if rewrite { ("\r\x1b[K", "") } else { ("", "\n") };
+            // A closed stderr is no reason to stop planning.
+            let _ = write!(
+                stderr(),
+                "{start}planning: iteration {}, {:.3} ms, infeasibility {:.1e}{end}",
+                iteration.number,
+                duration_s * 1e3,
+                iteration.primal_infeasibility
+            );
+            let _ = stderr().flush();
+        }
+        !stop.load(Ordering::Relaxed)
+    })
+}
+
+/// Ends a line that was being rewritten.
+pub(super) fn end_progress(quiet: bool, log: bool) {
+    if !quiet && !log && stderr().is_terminal() {
+        eprint!("\r\x1b[K");
+    }
+}
+
+/// Says what is being done now.
+pub(super) fn step(what: &str) {
+    eprintln!("{what}");
+}

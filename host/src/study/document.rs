@@ -1,0 +1,141 @@
+//! A study as people read it: table, figures and notes.
+
+use super::run::{Run, limit_row};
+use crate::movefile::MoveFile;
+use crate::plan::Plan;
+use crate::report::{
+    Figure, Note, PAPER_LIMIT_ASSUMPTIONS, Report, SummaryRow, figures_of, number_like_the_paper, parameters_of,
+    text_table,
+};
+use stillpoint_shared::{Trajectory, time};
+
+/// What the paper reports of its optimal move: numbers read from its text and figures, "less than" taken as equal.
+#[must_use]
+pub fn paper_row() -> SummaryRow {
+    SummaryRow {
+        name: "paper".to_owned(),
+        duration_s: Some(0.0508),
+        peak_strain: Some(4e-4),
+        residual_strain: Some(2e-5),
+        elastic_displacement_m: Some(1.5e-3),
+        ..SummaryRow::default()
+    }
+}
+
+/// Everything a report shows.
+#[derive(Debug)]
+pub struct Document<'a> {
+    /// The move.
+    pub file: &'a MoveFile,
+    /// What was played.
+    pub trajectory: &'a Trajectory,
+    /// The plan, when it was made just now.
+    pub plan: Option<&'a Plan>,
+    /// Runs that are drawn.
+    pub drawn: &'a [Run],
+    /// All rows of the table.
+    pub rows: Vec<SummaryRow>,
+    /// Whether this is the paper's move: figures get its numbers.
+    pub paper: bool,
+}
+
+impl Document<'_> {
+    /// The table for a terminal.
+    #[must_use]
+    pub fn table(&self) -> String {
+        text_table(&self.rows, Some(&limit_row(self.file)))
+    }
+
+    /// The figures.
+    #[must_use]
+    pub fn figures(&self) -> Vec<Figure> {
+        let records: Vec<_> = self.drawn.iter().map(Run::record).collect();
+        let ends = [self.file.from.as_slice(), self.file.to.as_slice()];
+        let mut figures = figures_of(self.file.machine.plant(), &self.file.limits, ends, &records);
+        if self.paper {
+            number_like_the_paper(&mut figures);
+        }
+        figures
+    }
+
+    /// The HTML report.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let assumed: &[(&str, &str)] = if self.paper { &PAPER_LIMIT_ASSUMPTIONS } else { &[] };
+        let duration_ms = time::seconds(self.trajectory.duration_ticks()) * 1e3;
+        Report {
+            title: format!("Move {}", self.file.name),
+            subtitle: format!("{duration_ms:.2} ms from rest to rest"),
+            machine: self.file.machine.name().to_owned(),
+            rows: self.rows.clone(),
+            limit_row: Some(limit_row(self.file)),
+            figures: self.figures(),
+            notes: self.notes(),
+            parameters: parameters_of(self.file, assumed),
+        }
+        .html()
+    }
+
+    fn notes(&self) -> Vec<Note> {
+        let note = |topic: &str, text: String, warning| Note {
+            topic: topic.to_owned(),
+            text,
+            warning,
+        };
+        let mut notes = Vec::new();
+        if let Some(plan) = self.plan {
+            let effort = &plan.effort;
+            notes.push(note(
+                "Planned",
+                format!(
+                    "{} by {} in {} iterations and {:.2} s; {} variables, {} constraints; limits at the collocation points.",
+                    effort.status,
+                    effort.solver,
+                    effort.iterations,
+                    effort.solve.as_secs_f64(),
+                    effort.variables,
+                    effort.constraints
+                ),
+                false,
+            ));
+            notes.push(note(
+                "Dynamics",
+                format!(
+                    "Integrated with error control under the planned control, the machine misses the end by {:.1e} \
+                     (largest coordinate, in SI units).",
+                    plan.end_miss.largest()
+                ),
+                false,
+            ));
+            if let Some(v) = &plan.largest_violation {
+                let text = if v.relative() > 0.0 {
+                    format!(
+                        "Between the collocation points {} exceeds its limit by {:.1} %: {:.4} against {:.4} at {:.3} ms.",
+                        v.limit,
+                        v.relative() * 100.0,
+                        v.value,
+                        v.bound,
+                        v.time_s * 1e3
+                    )
+                } else {
+                    "All limits hold at every sample between the collocation points.".to_owned()
+                };
+                notes.push(note("Limits", text, v.relative() > 0.0));
+            }
+        }
+        for run in self.drawn {
+            let limited = run.recording.commands.iter();
+            let ticks = limited
+                .filter(|command| command.limited.iter().any(|flags| !flags.is_empty()))
+                .count();
+            if ticks > 0 {
+                notes.push(note(
+                    "Limiter",
+                    format!("The executor's limiter acted in {ticks} ticks of “{}”.", run.name),
+                    true,
+                ));
+            }
+        }
+        notes
+    }
+}

@@ -1,0 +1,7 @@
+//! Studies of a move: runs of a trajectory and of what a user would pick instead, side by side.
+
+mod document;
+mod run;
+
+pub use document::{Document, paper_row};
+pub use run::{Run, StudyError, equal_quintic, play, shortest_shaped};
