@@ -263,12 +263,14 @@ impl Builder<'_> {
         let mut moments: Vec<Moment> = Vec::new();
         for record in self.records {
             if record.end_s > 0.0 && moments.iter().all(|m| m.time_s != record.end_s) {
-                let label = format!("end of the move: {}", record.name);
                 moments.push(Moment {
-                    label,
+                    label: format!("end of {}", record.name),
                     time_s: record.end_s,
                 });
             }
+        }
+        if let [only] = moments.as_mut_slice() {
+            only.label = "end of the move".into();
         }
         self.figures.push(Figure {
             id: id.to_owned(),

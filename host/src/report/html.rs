@@ -91,7 +91,7 @@ impl Report {
             for column in &columns {
                 let cell = &column.cells[i];
                 let (class, mark) = if cell.beyond {
-                    (" beyond", " !")
+                    (" beyond", "<span class=\"excess\">!</span>")
                 } else {
                     ("", "")
                 };
@@ -152,7 +152,9 @@ impl Report {
         if self.parameters.is_empty() {
             return;
         }
-        out.push_str("<section id=\"parameters\" class=\"page\">\n<h2>Parameters</h2>\n<ul class=\"legend small\">\n");
+        out.push_str(
+            "<section id=\"parameters\">\n<h2>Parameters</h2>\n<ul class=\"legend small\">\n",
+        );
         for origin in [Origin::Stated, Origin::Derived, Origin::Assumed] {
             if self.parameters.iter().any(|p| p.origin == origin) {
                 let _ = writeln!(

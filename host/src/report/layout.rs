@@ -146,9 +146,9 @@ impl Frame {
             .iter()
             .map(|l| l.chars().count())
             .max();
-        let left = 10.0 + 7.0 * longest.unwrap_or(1) as f64;
+        let left = 10.0 + 8.0 * longest.unwrap_or(1) as f64;
         let right = WIDTH - 14.0;
-        let top = legend_end + LINE_PX + 4.0;
+        let top = legend_end + LINE_PX + 6.0;
         let bottom = top + AREA;
         Self {
             left,

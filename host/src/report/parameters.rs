@@ -36,7 +36,7 @@ pub fn parameters_of(file: &MoveFile, assumed: &[(&str, &str)]) -> Vec<Parameter
         Parameter {
             group: format!("[{}]", entry.table),
             key: entry.key.clone(),
-            value: entry.value.clone(),
+            value: entry.value.trim_matches('"').to_owned(),
             unit: unit_of(&entry.key).to_owned(),
             origin,
             source: source.to_owned(),

@@ -174,6 +174,18 @@ impl Figure {
                 Text(name)
             );
         }
+        for moment in &self.moments {
+            let (x, y) = place(10.0 + text_width(&moment.label));
+            let _ = writeln!(
+                out,
+                "<path class=\"moment\" d=\"M{:.1} {:.1}v12\"/><text class=\"soft\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+                x + 3.0,
+                y - 14.0,
+                x + 10.0,
+                y - 4.0,
+                Text(&moment.label)
+            );
+        }
         for limit in outside {
             let text = format!("{}: outside the plot", self.limit_text(limit));
             let (x, y) = place(text_width(&text));
@@ -204,7 +216,7 @@ impl Figure {
         let _ = writeln!(
             out,
             "<text class=\"soft\" x=\"2\" y=\"{:.1}\">{}{}</text>",
-            top - 7.0,
+            top - 9.0,
             Text(&self.y_label),
             Text(&unit)
         );
@@ -309,5 +321,5 @@ impl Figure {
 
 /// About how wide a text is: fonts differ, and nothing depends on it but where a legend wraps.
 fn text_width(text: &str) -> f64 {
-    text.chars().count() as f64 * 6.4
+    text.chars().count() as f64 * 7.0
 }
