@@ -6,8 +6,8 @@ use stillpoint::autodiff::Scalar;
 use stillpoint::movefile::MoveFile;
 use stillpoint::nlp::{NlpProblem, NlpSolver, Pounce, Settings, Status};
 use stillpoint::ocp::{
-    Bounds, CollocationNlp, Exact, Guess, Interval, Mesh, Model, OptimalControlProblem, Quantity, Sizes, Solution,
-    Transcription,
+    Bounds, CollocationNlp, Exact, Guess, Interval, Mesh, Model, OptimalControlProblem, Quantity,
+    Sizes, Solution, Transcription,
 };
 use stillpoint::plan::{move_problem, quintic_guess};
 
@@ -16,7 +16,9 @@ fn noise(seed: u64, count: usize) -> Vec<f64> {
     let mut state = seed;
     (0..count)
         .map(|_| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
         })
         .collect()
@@ -79,7 +81,8 @@ fn derivative_errors(nlp: &mut CollocationNlp, x: &[f64]) -> [f64; 3] {
         };
         let (f_up, g_up, l_up) = lagrangian_gradient(&shifted(1.0));
         let (f_down, g_down, l_down) = lagrangian_gradient(&shifted(-1.0));
-        errors[0] = errors[0].max(((f_up - f_down) / (2.0 * H) - gradient[column]).abs() / scales[0]);
+        errors[0] =
+            errors[0].max(((f_up - f_down) / (2.0 * H) - gradient[column]).abs() / scales[0]);
         for row in 0..m {
             let slope = (g_up[row] - g_down[row]) / (2.0 * H);
             errors[1] = errors[1].max((slope - jacobian[row * n + column]).abs() / scales[1]);
@@ -94,9 +97,18 @@ fn derivative_errors(nlp: &mut CollocationNlp, x: &[f64]) -> [f64; 3] {
 
 fn uneven_mesh() -> Mesh {
     Mesh::new(vec![
-        Interval { fraction: 0.2, points: 3 },
-        Interval { fraction: 0.5, points: 5 },
-        Interval { fraction: 0.3, points: 2 },
+        Interval {
+            fraction: 0.2,
+            points: 3,
+        },
+        Interval {
+            fraction: 0.5,
+            points: 5,
+        },
+        Interval {
+            fraction: 0.3,
+            points: 2,
+        },
     ])
 }
 
@@ -158,13 +170,21 @@ impl Model for GeneralEnds {
 }
 
 fn free(names: &[&str]) -> Vec<Quantity> {
-    names.iter().map(|&name| Quantity::new(name, Bounds::FREE)).collect()
+    names
+        .iter()
+        .map(|&name| Quantity::new(name, Bounds::FREE))
+        .collect()
 }
 
 #[test]
 fn derivatives_of_a_general_problem_are_exact() {
     let problem = OptimalControlProblem {
-        sizes: Sizes { states: 2, controls: 1, path: 2, endpoint: 1 },
+        sizes: Sizes {
+            states: 2,
+            controls: 1,
+            path: 2,
+            endpoint: 1,
+        },
         stage: Box::new(Exact::new(General)),
         endpoint: Box::new(Exact::new(GeneralEnds)),
         states: free(&["x0", "x1"]),
@@ -183,7 +203,10 @@ fn solve(problem: OptimalControlProblem, mesh: Mesh, guess: &Guess) -> (f64, Sol
     let transcription = Arc::new(Transcription::new(Arc::new(problem), mesh, guess));
     let start = transcription.unknowns(guess);
     let nlp = CollocationNlp::new(Arc::clone(&transcription), start, None);
-    let settings = Settings { tolerance: 1e-10, max_iterations: 500 };
+    let settings = Settings {
+        tolerance: 1e-10,
+        max_iterations: 500,
+    };
     let outcome = Pounce.solve(Box::new(nlp), &settings, Box::new(|_| true));
     assert_eq!(outcome.status, Status::Solved);
     let objective = outcome.objective * transcription.scaling().objective;
@@ -220,16 +243,28 @@ impl Model for Ends {
         1
     }
     fn evaluate<S: Scalar>(&self, z: &[S], out: &mut [S]) {
-        out[0] = if self.duration { z[2 * self.states] } else { S::constant(0.0) };
+        out[0] = if self.duration {
+            z[2 * self.states]
+        } else {
+            S::constant(0.0)
+        };
     }
 }
 
 #[test]
 fn bryson_denham_with_its_state_constraint_costs_four() {
     let problem = OptimalControlProblem {
-        sizes: Sizes { states: 2, controls: 1, path: 0, endpoint: 0 },
+        sizes: Sizes {
+            states: 2,
+            controls: 1,
+            path: 0,
+            endpoint: 0,
+        },
         stage: Box::new(Exact::new(BrysonDenham)),
-        endpoint: Box::new(Exact::new(Ends { states: 2, duration: false })),
+        endpoint: Box::new(Exact::new(Ends {
+            states: 2,
+            duration: false,
+        })),
         states: vec![
             Quantity::new("x", Bounds::new(f64::NEG_INFINITY, 1.0 / 9.0)),
             Quantity::new("v", Bounds::FREE),
@@ -243,9 +278,18 @@ fn bryson_denham_with_its_state_constraint_costs_four() {
     };
     // The boundary arc begins and ends at thirds; intervals of different degree meet there.
     let mesh = Mesh::new(vec![
-        Interval { fraction: 1.0 / 3.0, points: 6 },
-        Interval { fraction: 1.0 / 3.0, points: 4 },
-        Interval { fraction: 1.0 / 3.0, points: 6 },
+        Interval {
+            fraction: 1.0 / 3.0,
+            points: 6,
+        },
+        Interval {
+            fraction: 1.0 / 3.0,
+            points: 4,
+        },
+        Interval {
+            fraction: 1.0 / 3.0,
+            points: 6,
+        },
     ]);
     let guess = Guess::line(1.0, vec![0.0, 1.0], vec![0.0, -1.0], vec![-2.0]);
     let (cost, solution) = solve(problem, mesh, &guess);
@@ -276,9 +320,17 @@ impl Model for Brachistochrone {
 #[test]
 fn brachistochrone_with_free_duration() {
     let problem = OptimalControlProblem {
-        sizes: Sizes { states: 3, controls: 1, path: 0, endpoint: 0 },
+        sizes: Sizes {
+            states: 3,
+            controls: 1,
+            path: 0,
+            endpoint: 0,
+        },
         stage: Box::new(Exact::new(Brachistochrone)),
-        endpoint: Box::new(Exact::new(Ends { states: 3, duration: true })),
+        endpoint: Box::new(Exact::new(Ends {
+            states: 3,
+            duration: true,
+        })),
         states: free(&["x", "y", "v"]),
         controls: vec![Quantity::new("u", Bounds::new(-4.0, 4.0))],
         path: vec![],

@@ -24,7 +24,9 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let started = Instant::now();
     let file = MoveFile::parse(PAPER, "paper.toml")?;
-    terminal::step("planning the paper's move; in parallel, what a user would pick instead: shaped quintics");
+    terminal::step(
+        "planning the paper's move; in parallel, what a user would pick instead: shaped quintics",
+    );
     let (planned, shaped) = std::thread::scope(|scope| {
         let shaped = scope.spawn(|| shortest_shaped(&file));
         let planned = plan(&file, &Pounce, terminal::solver_progress(false, false));
@@ -45,7 +47,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         file: &file,
         trajectory: &plan.trajectory,
         plan: Some(&plan),
-        rows: rows.chain([paper_row()]).chain(shaped.iter().map(Run::row)).collect(),
+        rows: rows
+            .chain([paper_row()])
+            .chain(shaped.iter().map(Run::row))
+            .collect(),
         drawn: &drawn,
         paper: true,
     };

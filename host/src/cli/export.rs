@@ -28,7 +28,9 @@ fn rate(text: &str) -> Result<f64, String> {
     let highest = f64::from(time::TIME_TICKS_PER_SECOND);
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value <= highest => Ok(value),
-        Ok(value) => Err(format!("{value} Hz: the rate must be positive and at most {highest} Hz")),
+        Ok(value) => Err(format!(
+            "{value} Hz: the rate must be positive and at most {highest} Hz"
+        )),
         Err(_) => Err("the rate must be a number of hertz".to_owned()),
     }
 }
@@ -50,7 +52,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn csv<const AXES: usize>(trajectory: &Trajectory, rate_hz: f64) -> Result<String, TrajectoryError> {
+fn csv<const AXES: usize>(
+    trajectory: &Trajectory,
+    rate_hz: f64,
+) -> Result<String, TrajectoryError> {
     const UNITS: [&str; 3] = ["position_rad", "velocity_rad_per_s", "torque_nm"];
     let player = Player::<AXES>::new(trajectory)?;
     let mut text = String::from("time_s");
@@ -71,7 +76,11 @@ fn csv<const AXES: usize>(trajectory: &Trajectory, rate_hz: f64) -> Result<Strin
         };
         // Writing to a string cannot fail.
         let _ = write!(text, "{:.7}", time::seconds(ticks));
-        for channel in [sample.position_rad, sample.velocity_rad_per_s, sample.torque_nm] {
+        for channel in [
+            sample.position_rad,
+            sample.velocity_rad_per_s,
+            sample.torque_nm,
+        ] {
             for value in channel {
                 let _ = write!(text, ",{value}");
             }

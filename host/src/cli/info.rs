@@ -39,14 +39,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         println!("{object}");
         return Ok(());
     }
-    println!("move {} in format {}, {bytes} bytes", header.id, header.version);
+    println!(
+        "move {} in format {}, {bytes} bytes",
+        header.id, header.version
+    );
     println!(
         "  {} axes, {:.4} ms ({} ticks of 0.1 µs)",
         header.axes,
         time::seconds(header.duration_ticks) * 1e3,
         header.duration_ticks
     );
-    println!("  content {:016x}, planned for limits {:016x}", header.content_hash, header.limits_hash);
+    println!(
+        "  content {:016x}, planned for limits {:016x}",
+        header.content_hash, header.limits_hash
+    );
     for (index, interval) in trajectory.intervals().enumerate() {
         println!(
             "  interval {}: {:.4} ms, {} points",

@@ -16,7 +16,13 @@ use stillpoint_shared::{Trajectory, TrajectoryError};
 
 /// Plans the fastest move of a flexible machine that ends still, checks it, and plays it through the board's executor.
 #[derive(Debug, Parser)]
-#[command(name = "stillpoint", version, about, propagate_version = true, max_term_width = 100)]
+#[command(
+    name = "stillpoint",
+    version,
+    about,
+    propagate_version = true,
+    max_term_width = 100
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -84,10 +90,12 @@ fn read_trajectory(path: &Path) -> Result<Trajectory, Failure> {
         path: path.to_owned(),
         source,
     })?;
-    Ok(Trajectory::decode(&bytes).map_err(|source| TrajectoryFileError {
-        path: path.to_owned(),
-        source,
-    })?)
+    Ok(
+        Trajectory::decode(&bytes).map_err(|source| TrajectoryFileError {
+            path: path.to_owned(),
+            source,
+        })?,
+    )
 }
 
 fn create_folder(path: &Path) -> Result<(), FileError> {

@@ -165,8 +165,14 @@ fn print_words(plan: &Plan, out: &std::path::Path, total_s: f64) {
         check,
         ..
     } = &plan.effort;
-    println!("{:.3} ms, written to {}", plan.solution.duration_s * 1e3, out.display());
-    println!("  {solver}: {iterations} iterations, {variables} variables, {constraints} constraints");
+    println!(
+        "{:.3} ms, written to {}",
+        plan.solution.duration_s * 1e3,
+        out.display()
+    );
+    println!(
+        "  {solver}: {iterations} iterations, {variables} variables, {constraints} constraints"
+    );
     println!(
         "  setup {:.3} s, solve {:.3} s, check {:.3} s, in all {total_s:.3} s",
         setup.as_secs_f64(),
@@ -178,7 +184,11 @@ fn print_words(plan: &Plan, out: &std::path::Path, total_s: f64) {
         plan.end_miss.largest()
     );
     if let Some(v) = &plan.largest_violation {
-        let relation = if v.relative() > 0.0 { "exceeds" } else { "stays inside" };
+        let relation = if v.relative() > 0.0 {
+            "exceeds"
+        } else {
+            "stays inside"
+        };
         println!(
             "  between the points {} {relation} its limit by {:.2} % at {:.3} ms ({:.6} against {:.6})",
             v.limit,

@@ -27,8 +27,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let run = play(&file.name, &file, &trajectory)?;
     if arguments.json {
         let limited = run.recording.commands.iter();
-        let ticks = limited.filter(|c| c.limited.iter().any(|flags| !flags.is_empty())).count();
-        println!("{}", json!({"name": run.name, "metrics": run.metrics, "limited_ticks": ticks}));
+        let ticks = limited
+            .filter(|c| c.limited.iter().any(|flags| !flags.is_empty()))
+            .count();
+        println!(
+            "{}",
+            json!({"name": run.name, "metrics": run.metrics, "limited_ticks": ticks})
+        );
     } else {
         let document = Document {
             file: &file,

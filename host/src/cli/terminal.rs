@@ -2,9 +2,9 @@
 
 use crate::nlp::Iteration;
 use std::io::{IsTerminal, Write, stderr};
+use std::sync::Arc;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::Arc;
 
 /// Off a terminal, how many iterations pass between two lines.
 const LINE_EVERY: usize = 10;
@@ -42,10 +42,18 @@ pub(super) fn solver_progress(quiet: bool, log: bool) -> crate::plan::Progress {
                 iteration.primal_infeasibility,
                 iteration.dual_infeasibility,
                 iteration.barrier,
-                if iteration.restoring { "  restoring feasibility" } else { "" }
+                if iteration.restoring {
+                    "  restoring feasibility"
+                } else {
+                    ""
+                }
             );
         } else if !quiet && (rewrite || iteration.number.is_multiple_of(LINE_EVERY)) {
-            let (start, end) = if rewrite { ("\r\x1b[K", "") } else { ("", "\n") };
+            let (start, end) = if rewrite {
+                ("\r\x1b[K", "")
+            } else {
+                ("", "\n")
+            };
             // A closed stderr is no reason to stop planning.
             let _ = write!(
                 stderr(),

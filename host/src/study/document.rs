@@ -4,8 +4,8 @@ use super::run::{Run, limit_row};
 use crate::movefile::MoveFile;
 use crate::plan::Plan;
 use crate::report::{
-    Figure, Note, PAPER_LIMIT_ASSUMPTIONS, Report, SummaryRow, figures_of, number_like_the_paper, parameters_of,
-    text_table,
+    Figure, Note, PAPER_LIMIT_ASSUMPTIONS, Report, SummaryRow, figures_of, number_like_the_paper,
+    parameters_of, text_table,
 };
 use stillpoint_shared::{Trajectory, time};
 
@@ -61,7 +61,11 @@ impl Document<'_> {
     /// The HTML report.
     #[must_use]
     pub fn html(&self) -> String {
-        let assumed: &[(&str, &str)] = if self.paper { &PAPER_LIMIT_ASSUMPTIONS } else { &[] };
+        let assumed: &[(&str, &str)] = if self.paper {
+            &PAPER_LIMIT_ASSUMPTIONS
+        } else {
+            &[]
+        };
         let duration_ms = time::seconds(self.trajectory.duration_ticks()) * 1e3;
         Report {
             title: format!("Move {}", self.file.name),
@@ -131,7 +135,10 @@ impl Document<'_> {
             if ticks > 0 {
                 notes.push(note(
                     "Limiter",
-                    format!("The executor's limiter acted in {ticks} ticks of “{}”.", run.name),
+                    format!(
+                        "The executor's limiter acted in {ticks} ticks of “{}”.",
+                        run.name
+                    ),
                     true,
                 ));
             }

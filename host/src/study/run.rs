@@ -80,7 +80,10 @@ impl Run {
         };
         let time_s: Vec<f64> = frames.iter().map(|frame| frame.time_s).collect();
         let torque_nm = channels(|frame| &frame.torques_nm);
-        let torque_rate_nm_per_s = torque_nm.iter().map(|torque| slope(&time_s, torque)).collect();
+        let torque_rate_nm_per_s = torque_nm
+            .iter()
+            .map(|torque| slope(&time_s, torque))
+            .collect();
         Record {
             name: self.name.clone(),
             end_s: self.recording.duration_s,
@@ -111,13 +114,20 @@ pub fn play(name: &str, file: &MoveFile, trajectory: &Trajectory) -> Result<Run,
     play_within(name, file, &file.limits, trajectory)
 }
 
-fn play_within(name: &str, file: &MoveFile, limits: &Limits, trajectory: &Trajectory) -> Result<Run, StudyError> {
+fn play_within(
+    name: &str,
+    file: &MoveFile,
+    limits: &Limits,
+    trajectory: &Trajectory,
+) -> Result<Run, StudyError> {
     let real = file.drive.real_machine(&file.machine);
     let closed_loop = ClosedLoop::new(real.plant(), limits, &file.from, &file.drive);
-    let recording = closed_loop.play(trajectory).map_err(|source| StudyError::Play {
-        name: name.to_owned(),
-        source,
-    })?;
+    let recording = closed_loop
+        .play(trajectory)
+        .map_err(|source| StudyError::Play {
+            name: name.to_owned(),
+            source,
+        })?;
     Ok(Run::new(name, real.plant(), recording))
 }
 

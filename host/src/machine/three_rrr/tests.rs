@@ -117,7 +117,7 @@ fn an_unreachable_pose_names_chain_and_distance() {
         .expect_err("far away")
         .to_string();
     assert!(
-        message.contains("chain 1") && message.contains("0.2205"),
+        message.contains("chain 1") && message.contains("0.2204"),
         "{message}"
     );
 }
