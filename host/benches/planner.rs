@@ -47,7 +47,11 @@ fn jacobian_of_a_point(bencher: Bencher<'_, '_>) {
     let (problem, z) = stage();
     let mut out = vec![0.0; problem.sizes.stage_values()];
     let mut entries = vec![0.0; problem.stage.structure().jacobian.len()];
-    bencher.bench_local(|| problem.stage.jacobian(black_box(&z), &mut out, &mut entries));
+    bencher.bench_local(|| {
+        problem
+            .stage
+            .jacobian(black_box(&z), &mut out, &mut entries)
+    });
 }
 
 #[divan::bench]
@@ -62,7 +66,11 @@ fn program() -> (CollocationNlp, Vec<f64>) {
     let file = file();
     let guess = quintic_guess(&file, 0.06);
     let mesh = Mesh::uniform(file.mesh.intervals, file.mesh.points);
-    let transcription = Arc::new(Transcription::new(Arc::new(move_problem(&file)), mesh, &guess));
+    let transcription = Arc::new(Transcription::new(
+        Arc::new(move_problem(&file)),
+        mesh,
+        &guess,
+    ));
     let x = transcription.unknowns(&guess);
     (CollocationNlp::new(transcription, x.clone(), None), x)
 }

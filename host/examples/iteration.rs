@@ -58,14 +58,20 @@ impl NlpProblem for Timed {
 }
 
 fn main() {
-    let path = std::env::args().nth(1).unwrap_or_else(|| "host/moves/paper.toml".to_owned());
+    let path = std::env::args()
+        .nth(1)
+        .unwrap_or_else(|| "host/moves/paper.toml".to_owned());
     let file = match MoveFile::read(path) {
         Ok(file) => file,
         Err(error) => return eprintln!("{error}"),
     };
     let guess = quintic_guess(&file, 0.06);
     let mesh = Mesh::uniform(file.mesh.intervals, file.mesh.points);
-    let transcription = Arc::new(Transcription::new(Arc::new(move_problem(&file)), mesh, &guess));
+    let transcription = Arc::new(Transcription::new(
+        Arc::new(move_problem(&file)),
+        mesh,
+        &guess,
+    ));
     let start = transcription.unknowns(&guess);
     let settings = Settings {
         tolerance: file.solver.tolerance,

@@ -157,11 +157,14 @@ fn a_planned_move_is_simulated_reported_shown_and_exported() {
     );
 }
 
+/// Changes of the move file, and words that the message must contain.
+type Mistake<'a> = (&'a [(&'a str, &'a str)], &'a [&'a str]);
+
 /// Errors: a sentence on stderr that says where, nothing on stdout, no file, a failing exit code, and no panic.
 #[test]
 fn mistakes_get_a_sentence() {
     let folder = folder("mistakes");
-    let cases: [(&[(&str, &str)], &[&str]); 9] = [
+    let cases: [Mistake; 9] = [
         (
             &[("link_length_m", "link_lenght_m")],
             &["link_lenght_m", "link_length_m", "move.toml:5"],
