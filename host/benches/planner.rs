@@ -2,7 +2,7 @@
 
 use divan::{Bencher, black_box};
 use std::sync::Arc;
-use stillpoint::machine::{Equations, Plant};
+use stillpoint::machine::Equations;
 use stillpoint::movefile::MoveFile;
 use stillpoint::nlp::NlpProblem;
 use stillpoint::ocp::{CollocationNlp, Mesh, OptimalControlProblem, Transcription};
