@@ -1,8 +1,12 @@
 //! Nonlinear programming: the problem as sparse exact derivatives, and the solvers behind one trait.
 
+#[cfg(feature = "ipopt")]
+mod ipopt;
 mod pounce;
 mod warm;
 
+#[cfg(feature = "ipopt")]
+pub use ipopt::Ipopt;
 pub use pounce::Pounce;
 
 use crate::ocp::Bounds;
