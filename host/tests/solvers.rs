@@ -53,10 +53,13 @@ fn transcription(file: &MoveFile, mesh: Mesh, duration_s: f64) -> (Arc<Transcrip
     (transcription, x)
 }
 
-fn paper(intervals: usize, points: usize) -> (Arc<Transcription>, Vec<f64>) {
+fn paper_file() -> MoveFile {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("moves/paper.toml");
-    let file = MoveFile::read(path).unwrap_or_else(|e| panic!("{e}"));
-    transcription(&file, Mesh::uniform(intervals, points), 0.06)
+    MoveFile::read(path).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn paper(intervals: usize, points: usize) -> (Arc<Transcription>, Vec<f64>) {
+    transcription(&paper_file(), Mesh::uniform(intervals, points), 0.06)
 }
 
 fn solve(
@@ -242,6 +245,31 @@ fn warm_start_from_the_solution() {
         );
         let again_s = transcription.solution(&warm.x).duration_s;
         assert!(relative(again_s, duration_s) < 1e-5, "{name}: {again_s} s");
+    }
+}
+
+#[test]
+fn warm_start_from_a_neighbour() {
+    for solver in solvers() {
+        let (duration_s, known) = solve(&*solver, paper(6, 10));
+        for factor in [0.95, 1.05] {
+            let case = format!("{} with limits × {factor}", solver.name());
+            let mut file = paper_file();
+            for limit in file.limits.outputs.iter_mut().flatten() {
+                *limit *= factor;
+            }
+            let (transcription, x) = transcription(&file, Mesh::uniform(6, 10), 0.06);
+            let (cold_s, cold) = solve(&*solver, (Arc::clone(&transcription), x));
+            let multipliers = Some(known.multipliers.clone());
+            let nlp = CollocationNlp::new(Arc::clone(&transcription), known.x.clone(), multipliers);
+            let warm = solver.solve(Box::new(nlp), &SETTINGS, unwatched());
+            assert_eq!(warm.status, Status::Solved, "{case}");
+            let warm_s = transcription.solution(&warm.x).duration_s;
+            assert!(relative(warm_s, cold_s) < 1e-5, "{case}: {warm_s} s");
+            assert_eq!(warm_s > duration_s, factor < 1.0, "{case}: {warm_s} s");
+            let (warm, cold) = (warm.iterations, cold.iterations);
+            assert!(warm < cold, "{case}: {warm} of {cold}");
+        }
     }
 }
 

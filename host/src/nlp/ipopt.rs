@@ -1,16 +1,23 @@
 //! Ipopt through `ipopt-sys`, for whoever has it installed: cargo feature `ipopt`.
 //!
-//! The only unsafe code of this crate. `ipopt-sys` binds a C shim around Ipopt's TNLP; the rules that keep it sound:
-//! - the shim hands every callback the [`Session`] that [`Problem::solve`] gave it, and nothing else touches it meanwhile;
-//! - Ipopt does not check indices, so structures are checked and converted once, before it sees them;
+//! The only unsafe code of this crate. `ipopt-sys` binds a C shim around Ipopt's TNLP; the rules
+//! that keep it sound:
+//! - the shim hands every callback the [`Session`] that [`Problem::solve`] gave it, and nothing
+//!   else touches it meanwhile;
+//! - Ipopt does not check indices, so structures are checked and converted once, before it sees
+//!   them;
 //! - a panic ends in the callback it happens in, and the solve ends as [`Status::Invalid`].
 //!
-//! As for any Ipopt, a file `ipopt.opt` in the working directory overrides options: the way to choose a linear solver.
+//! As for any Ipopt, a file `ipopt.opt` in the working directory overrides options: the way to
+//! choose a linear solver.
 #![allow(unsafe_code)]
+
+mod session;
 
 use super::warm::WarmStart;
 use super::{Iteration, Monitor, Multipliers, NlpProblem, NlpSolver, Outcome, Settings, Status};
 use ipopt_sys as sys;
+use session::{Entries, Session};
 use std::ffi::CStr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
@@ -69,7 +76,8 @@ impl Problem {
     fn new() -> Option<Self> {
         const C_INDICES: Index = 0;
         let mut pointer = ptr::null_mut();
-        // SAFETY: `pointer` outlives the call. The shim keeps the callbacks and calls them only during `cnlp_solve`.
+        // SAFETY: `pointer` outlives the call. The shim keeps the callbacks and calls them only
+        // during `cnlp_solve`.
         let status = unsafe {
             sys::cnlp_create_problem(
                 &raw mut pointer,
@@ -130,7 +138,8 @@ impl Problem {
     fn solve(&mut self, session: &mut Session) -> Outcome {
         // SAFETY: the problem is alive; the callback has the type it is called with.
         unsafe { sys::cnlp_set_intermediate_callback(self.0, Some(iteration)) };
-        // SAFETY: the session outlives the call and is reached through this pointer only until it returns.
+        // SAFETY: the session outlives the call and is reached through this pointer only until it
+        // returns.
         let end = unsafe { sys::cnlp_solve(self.0, (&raw mut *session).cast()) };
         let status = translate(end.status);
         // Then the shim may hold nothing at all.
@@ -141,8 +150,9 @@ impl Problem {
             };
         }
         let (n, m) = (session.variables, session.constraints);
-        // SAFETY: a status other than invalid means that the shim asked for the sizes, and then it holds arrays of n
-        // and m numbers until the problem is freed, which `self` keeps from happening before they are copied.
+        // SAFETY: a status other than invalid means that the shim asked for the sizes, and then it
+        // holds arrays of n and m numbers until the problem is freed, which `self` keeps from
+        // happening before they are copied.
         let copy = |data: *const Number, length| unsafe { input(data, length) }.to_vec();
         Outcome {
             status,
@@ -176,86 +186,6 @@ fn translate(status: sys::CNLP_ApplicationReturnStatus) -> Status {
     }
 }
 
-/// What the callbacks work on.
-struct Session {
-    problem: Box<dyn NlpProblem>,
-    monitor: Monitor,
-    variables: Index,
-    constraints: Index,
-    jacobian: Entries,
-    hessian: Entries,
-    /// Last accepted iterate.
-    x: Vec<f64>,
-    iterations: usize,
-    panicked: bool,
-}
-
-/// A structure in the solver's integers.
-struct Entries {
-    rows: Vec<Index>,
-    columns: Vec<Index>,
-    count: Index,
-}
-
-impl Session {
-    /// `None` if a size does not fit the solver's integers or the problem contradicts itself.
-    fn new(problem: Box<dyn NlpProblem>, monitor: Monitor) -> Option<Self> {
-        let (n, m) = (
-            problem.variable_bounds().len(),
-            problem.constraint_bounds().len(),
-        );
-        let start = problem.start();
-        let warm_fits = start.warm.as_ref().is_none_or(|warm| {
-            (warm.constraints.len(), warm.lower.len(), warm.upper.len()) == (m, n, n)
-        });
-        if start.x.len() != n || !warm_fits {
-            return None;
-        }
-        Some(Self {
-            variables: Index::try_from(n).ok()?,
-            constraints: Index::try_from(m).ok()?,
-            jacobian: Entries::new(problem.jacobian_structure(), m, n)?,
-            hessian: Entries::new(problem.hessian_structure(), n, n)?,
-            x: start.x.clone(),
-            problem,
-            monitor,
-            iterations: 0,
-            panicked: false,
-        })
-    }
-}
-
-impl Entries {
-    fn new(structure: &[(usize, usize)], height: usize, width: usize) -> Option<Self> {
-        let inside = |&(row, column): &(usize, usize)| {
-            let inside = row < height && column < width;
-            inside.then_some((Index::try_from(row).ok()?, Index::try_from(column).ok()?))
-        };
-        let (rows, columns) = structure
-            .iter()
-            .map(inside)
-            .collect::<Option<Vec<_>>>()?
-            .into_iter()
-            .unzip();
-        let count = Index::try_from(structure.len()).ok()?;
-        Some(Self {
-            rows,
-            columns,
-            count,
-        })
-    }
-
-    /// # Safety
-    /// Both are null or valid for writing `count` integers.
-    unsafe fn write(&self, rows: *mut Index, columns: *mut Index, count: Index) -> bool {
-        // SAFETY: by this function's contract; the two do not overlap, being two arrays of the solver.
-        let (rows, columns) = unsafe { (output(rows, count), output(columns, count)) };
-        rows.copy_from_slice(&self.rows);
-        columns.copy_from_slice(&self.columns);
-        true
-    }
-}
-
 /// An array of the solver; empty where it has none.
 ///
 /// # Safety
@@ -273,7 +203,8 @@ unsafe fn input<'a>(data: *const Number, length: Index) -> &'a [Number] {
 /// An array of the solver to write to, cleared first: what it allocates is not initialised.
 ///
 /// # Safety
-/// `data` is null or valid for writing `length` items as long as the slice is used, and nothing else refers to it.
+/// `data` is null or valid for writing `length` items as long as the slice is used, and nothing
+/// else refers to it.
 unsafe fn output<'a, T: Zeroable>(data: *mut T, length: Index) -> &'a mut [T] {
     match usize::try_from(length) {
         Ok(length) if length > 0 && !data.is_null() => {
@@ -287,6 +218,23 @@ unsafe fn output<'a, T: Zeroable>(data: *mut T, length: Index) -> &'a mut [T] {
     }
 }
 
+/// Hands over a structure.
+///
+/// # Safety
+/// Both are null or valid for writing `count` integers, and do not overlap.
+unsafe fn hand_over(
+    entries: &Entries,
+    rows: *mut Index,
+    columns: *mut Index,
+    count: Index,
+) -> bool {
+    // SAFETY: by this function's contract.
+    let (rows, columns) = unsafe { (output(rows, count), output(columns, count)) };
+    rows.copy_from_slice(&entries.rows);
+    columns.copy_from_slice(&entries.columns);
+    true
+}
+
 /// Types for which zero bytes are a value.
 trait Zeroable {}
 impl Zeroable for Number {}
@@ -296,7 +244,8 @@ fn all_finite(values: &[Number]) -> bool {
     values.iter().all(|value| value.is_finite())
 }
 
-/// Runs a callback's work: 1 for `true`, 0 for `false` and for a panic, after which nothing runs any more.
+/// Runs a callback's work: 1 for `true`, 0 for `false` and for a panic, after which nothing runs
+/// any more.
 ///
 /// # Safety
 /// `user_data` is the session given to `cnlp_solve`, and no other callback is running.
@@ -318,8 +267,8 @@ unsafe extern "C" fn sizes(
     hessian: *mut Index,
     user_data: UserData,
 ) -> Bool {
-    // SAFETY: the shim passes the session and four integers of its own; it reads them even after a refusal, so they
-    // are always written.
+    // SAFETY: the shim passes the session and four integers of its own; it reads them even after a
+    // refusal, so they are always written.
     unsafe {
         let session = &*user_data.cast::<Session>();
         (*n, *m) = (session.variables, session.constraints);
@@ -340,7 +289,8 @@ unsafe extern "C" fn initial(
     lambda: *mut Number,
     user_data: UserData,
 ) -> Bool {
-    // SAFETY: the shim passes the session, and arrays of n and m numbers where it wants them filled.
+    // SAFETY: the shim passes the session, and arrays of n and m numbers where it wants them
+    // filled.
     unsafe {
         run(user_data, |session| {
             let start = session.problem.start();
@@ -458,11 +408,12 @@ unsafe extern "C" fn jacobian(
     values: *mut Number,
     user_data: UserData,
 ) -> Bool {
-    // SAFETY: the shim passes the session and either two arrays of `count` integers, or n numbers and `count` numbers.
+    // SAFETY: the shim passes the session and either two arrays of `count` integers, or n numbers
+    // and `count` numbers.
     unsafe {
         run(user_data, |session| {
             if values.is_null() {
-                return session.jacobian.write(rows, columns, count);
+                return hand_over(&session.jacobian, rows, columns, count);
             }
             let values = output(values, count);
             session.problem.jacobian(input(x, n), values);
@@ -489,7 +440,7 @@ unsafe extern "C" fn hessian(
     unsafe {
         run(user_data, |session| {
             if values.is_null() {
-                return session.hessian.write(rows, columns, count);
+                return hand_over(&session.hessian, rows, columns, count);
             }
             let values = output(values, count);
             session

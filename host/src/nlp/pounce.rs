@@ -1,4 +1,5 @@
-//! Pounce, a pure-Rust primal–dual interior-point solver of Ipopt's design: the default, needs no system library.
+//! Pounce, a pure-Rust primal–dual interior-point solver of Ipopt's design: the default, needs no
+//! system library.
 
 use super::warm::WarmStart;
 use super::{Iteration, Monitor, Multipliers, NlpProblem, NlpSolver, Outcome, Settings, Status};
@@ -100,7 +101,8 @@ fn configure(
     Ok(())
 }
 
-/// A new application has no restoration phase: without one, hard starts fail at the first blocked line search.
+/// A new application has no restoration phase: without one, hard starts fail at the first blocked
+/// line search.
 fn install_restoration(app: &mut IpoptApplication) {
     let feral = feral_config_from_options(app.options());
     let sink = app.restoration_summary_sink();
@@ -256,7 +258,8 @@ impl TNLP for Adapter {
 
     fn finalize_solution(&mut self, s: Solution<'_>, _data: &IpoptData, _cq: &IpoptCq) {
         self.outcome = Some(Outcome {
-            // The application knows the status and the number of iterations; the caller fills them in.
+            // The application knows the status and the number of iterations; the caller fills them
+            // in.
             status: Status::Invalid,
             iterations: 0,
             x: s.x.to_vec(),

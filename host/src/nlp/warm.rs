@@ -2,8 +2,9 @@
 //!
 //! The barrier keeps iterates away from the bounds that a solution lies on. Started too high, it
 //! first walks away from the solution and then back; started too low, it cannot leave bounds that
-//! are no longer active. Measured on the paper's move and an elastic axis, iterations from the
-//! solution itself and from that of a problem whose limits differ by −5, −2, +5 and +30 %:
+//! are no longer active. Iterations measured on the paper's move and an elastic axis, from the
+//! solution itself and from that of other limits: elastic ones −5 %, torque and its rate −2 %,
+//! elastic ones +5 %, torque rate +30 %:
 //!
 //! | barrier, distance | paper | axis |
 //! |---|---|---|
@@ -12,7 +13,8 @@
 //! | 1e-5, 1e-5 | 15 · 16 12 15 16 | 12 · 11 12 12 14 |
 //! | 1e-7, 1e-9 | 1 · 37 11 27 44 | 1 · 14 5 37 39 |
 //!
-//! So the start decides: one that still solves the problem continues, any other takes the third row.
+//! So the start decides: one that still solves the problem continues, any other takes the third
+//! row.
 
 use super::{Multipliers, NlpProblem};
 use crate::ocp::Bounds;
