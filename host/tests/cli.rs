@@ -131,7 +131,7 @@ fn a_planned_move_is_simulated_reported_shown_and_exported() {
     assert!(
         html.contains("<svg")
             && html.contains("twist")
-            && !html.contains("http://")
+            && !html.contains("href=\"http")
             && !html.contains("src=")
     );
     assert!(folder.join("figures/torque.svg").exists());
@@ -310,6 +310,132 @@ fn the_demo_writes_its_folder() {
         assert!(html.contains(figure), "{figure}");
     }
     assert!(html.contains("assumed"));
+}
+
+/// Every command with `--json` says one object, also when it fails and when the words are wrong.
+#[test]
+fn failures_are_json_too() {
+    let folder = folder("failures");
+    let file = changed(&folder, "axis", &[]);
+    for arguments in [
+        vec!["simulate", "absent.spt", "--move", file, "--json"],
+        vec!["info", "absent.spt", "--json"],
+        vec!["info", file, "--json"],
+        vec!["plan", file, "--solver", "snopt", "--json"],
+        vec!["plan", file, "--out", "absent/m.spt", "--json"],
+    ] {
+        let output = stillpoint(&folder, &arguments);
+        assert!(!output.status.success(), "{arguments:?}");
+        let failed = object(&output);
+        assert_eq!(failed["status"], "error", "{arguments:?}");
+        assert!(
+            failed["message"].as_str().is_some_and(|m| !m.is_empty()),
+            "{arguments:?}"
+        );
+    }
+}
+
+/// Joint angles of an axis count turns; a coarse mesh turns by more than half a turn between two points.
+#[test]
+fn many_turns_end_where_they_should() {
+    let folder = folder("turns");
+    for (angle, mesh) in [
+        ("12.566", "intervals = 4"),
+        ("1000.0", "intervals = 10"),
+        ("-200.0", "intervals = 10"),
+    ] {
+        let to = format!("to = {{ angle_rad = {angle} }}");
+        let file = changed(
+            &folder,
+            "axis",
+            &[
+                ("to = { angle_rad = 1.0 }", to.as_str()),
+                ("intervals = 10", mesh),
+                ("twist_rad = 0.05\n", ""),
+            ],
+        );
+        let output = stillpoint(&folder, &["plan", file]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let csv =
+            text(&stillpoint(&folder, &["export", "move.spt", "--csv", "--rate", "10"]).stdout);
+        let last: f64 = csv
+            .lines()
+            .last()
+            .and_then(|line| line.split(',').nth(1)?.parse().ok())
+            .expect("a position");
+        let wanted: f64 = angle.parse().expect("a number");
+        assert!(
+            (last / wanted - 1.0).abs() < 1e-6,
+            "{last} instead of {wanted}"
+        );
+    }
+}
+
+/// A tiny move is planned, not declared done: its duration follows from the rate limit, Δ = J T³/32 for a rigid machine.
+#[test]
+fn tiny_moves_move() {
+    let folder = folder("tiny");
+    let file = changed(
+        &folder,
+        "axis",
+        &[("to = { angle_rad = 1.0 }", "to = { angle_rad = 1e-6 }")],
+    );
+    let plan = object(&stillpoint(&folder, &["plan", file, "--json"]));
+    assert_eq!(plan["status"], "solved", "{plan}");
+    let rigid_s = (32.0 * 1e-6 * 0.05 / 2000.0_f64).cbrt();
+    assert!(
+        plan["duration_s"].as_f64().expect("a duration") > 0.9 * rigid_s,
+        "{plan}"
+    );
+    assert!(
+        plan["end_miss_relative"].as_f64().expect("a share") < 0.05,
+        "{plan}"
+    );
+}
+
+#[test]
+fn the_iteration_limit_is_kept() {
+    let folder = folder("limit");
+    let changes = [
+        ("intervals = 6", "intervals = 1"),
+        ("points = 10", "points = 2"),
+        ("= 2000", "= 40"),
+    ];
+    let file = changed(&folder, "paper", &changes);
+    let output = stillpoint(&folder, &["plan", file, "--json", "--log"]);
+    let logged = text(&output.stderr)
+        .lines()
+        .filter(|line| line.trim_start().starts_with(|c: char| c.is_ascii_digit()))
+        .count();
+    let failed = object(&output);
+    assert!(
+        failed["iterations"].as_u64().is_some_and(|n| n <= 40),
+        "{failed}"
+    );
+    // One line more per start, for its first iterate.
+    assert!(logged <= 46, "{logged}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_has_seen_enough_is_no_error() {
+    let folder = folder("pipe");
+    let file = changed(&folder, "axis", &[]);
+    assert!(stillpoint(&folder, &["plan", file]).status.success());
+    let command = format!(
+        "{} export move.spt --csv --rate 1e6 | head -1",
+        env!("CARGO_BIN_EXE_stillpoint")
+    );
+    let output = Command::new("sh")
+        .args(["-c", &command])
+        .current_dir(&folder)
+        .output()
+        .expect("a shell");
+    assert!(
+        text(&output.stdout).starts_with("time_s") && output.stderr.is_empty(),
+        "{}",
+        text(&output.stderr)
+    );
 }
 
 #[cfg(unix)]

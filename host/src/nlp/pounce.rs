@@ -25,6 +25,12 @@ struct Adapter {
     problem: Box<dyn NlpProblem>,
     monitor: Monitor,
     outcome: Option<Outcome>,
+    /// Iterations of finished runs and of the present one: the solver may begin anew by itself and counts from zero then.
+    before: usize,
+    present: usize,
+    max_iterations: usize,
+    /// Whether the iterations, not the monitor, ended the solve.
+    used_up: bool,
     /// Where the constraints were last evaluated, and the largest violation there.
     x: Vec<f64>,
     violation: f64,
@@ -52,14 +58,23 @@ impl NlpSolver for Pounce {
             problem,
             monitor,
             outcome: None,
+            before: 0,
+            present: 0,
+            max_iterations: settings.max_iterations,
+            used_up: false,
             x: x.clone(),
             violation: f64::NAN,
         }));
         let status = app.optimize_tnlp(Rc::clone(&adapter) as Rc<RefCell<dyn TNLP>>);
-        let outcome = adapter.borrow_mut().outcome.take();
+        let mut adapter = adapter.borrow_mut();
+        let outcome = adapter.outcome.take();
         Outcome {
-            status: translate(status),
-            iterations: usize::try_from(app.statistics().iteration_count).unwrap_or(0),
+            status: if adapter.used_up {
+                Status::IterationLimit
+            } else {
+                translate(status)
+            },
+            iterations: adapter.before + adapter.present,
             ..outcome.unwrap_or_else(|| Outcome::invalid(x))
         }
     }
@@ -246,8 +261,18 @@ impl TNLP for Adapter {
         } else {
             (stats.obj_value, stats.inf_pr)
         };
+        let present = usize::try_from(stats.iter).unwrap_or(0);
+        if present < self.present {
+            self.before += self.present;
+        }
+        self.present = present;
+        let number = self.before + present;
+        if number > self.max_iterations {
+            self.used_up = true;
+            return false;
+        }
         (self.monitor)(&Iteration {
-            number: usize::try_from(stats.iter).unwrap_or(0),
+            number,
             objective,
             primal_infeasibility,
             dual_infeasibility: stats.inf_du,

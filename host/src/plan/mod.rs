@@ -6,7 +6,7 @@ mod guess;
 mod problem;
 mod trajectory;
 
-pub use check::{EndMiss, LargestViolation, end_miss, largest_violation};
+pub use check::{EndMiss, LargestViolation, StateMiss, end_miss, largest_violation};
 pub use diagnosis::{Diagnosis, Saturation, Violation};
 pub use guess::{quintic_guess, rigid_duration_s};
 pub use problem::move_problem;
@@ -32,6 +32,10 @@ const ITERATIONS_PER_GUESS: usize = 150;
 /// Guessed duration, s, when the straight line between the poses gives no estimate.
 const GUESS_WITHOUT_ESTIMATE_S: f64 = 0.25;
 
+/// Share of its range by which a coordinate may miss its end before the user is warned, and before the plan is refused.
+const DOUBTFUL_MISS: f64 = 0.01;
+const REFUSED_MISS: f64 = 0.5;
+
 /// A planned and checked move.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -45,6 +49,24 @@ pub struct Plan {
     pub end_miss: EndMiss,
     /// The limit exceeded most between the points.
     pub largest_violation: Option<LargestViolation>,
+}
+
+impl Plan {
+    /// What a user has to know before trusting the plan.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        let worst = self
+            .end_miss
+            .worst()
+            .filter(|worst| worst.relative() > DOUBTFUL_MISS)?;
+        Some(format!(
+            "integrated under the planned control, {} misses its end by {:.3e}, {:.1} % of what it moves: the mesh is too coarse \
+             ([mesh] intervals, points)",
+            worst.name,
+            worst.miss,
+            worst.relative() * 100.0
+        ))
+    }
 }
 
 /// What a plan cost.
@@ -75,9 +97,29 @@ pub enum PlanError {
     /// The solver did not converge.
     #[error("no plan: {0}")]
     Unsolved(Box<Diagnosis>, Box<Effort>),
-    /// The answer does not hold when the dynamics are integrated.
-    #[error("the plan does not hold: {0}")]
-    Check(#[from] OdeError),
+    /// The machine cannot follow the planned control to the end.
+    #[error("the plan does not hold: {source}. Try a finer mesh ([mesh] intervals, points)")]
+    Check {
+        /// Where the integration ended.
+        source: OdeError,
+        /// What was spent.
+        effort: Box<Effort>,
+    },
+    /// The machine ends somewhere else under the planned control.
+    #[error(
+        "the plan does not hold: integrated under the planned control, {name} misses its end by {miss:.3e}, {share:.0} % of \
+         what it moves. Try a finer mesh ([mesh] intervals, points), or for a tiny move a smaller [solver] tolerance"
+    )]
+    Missed {
+        /// The coordinate that misses most.
+        name: String,
+        /// By how much, in its unit.
+        miss: f64,
+        /// In per cent of its range.
+        share: f64,
+        /// What was spent.
+        effort: Box<Effort>,
+    },
     /// The answer does not fit the board.
     #[error(transparent)]
     Conversion(#[from] ConversionError),
@@ -198,7 +240,24 @@ fn checked(
     mut effort: Effort,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
-    let end_miss = end_miss(problem, &solution)?;
+    let end_miss = match end_miss(problem, &solution) {
+        Ok(miss) => miss,
+        Err(source) => {
+            let effort = Box::new(effort);
+            return Err(PlanError::Check { source, effort });
+        }
+    };
+    if let Some(worst) = end_miss
+        .worst()
+        .filter(|worst| worst.relative() > REFUSED_MISS)
+    {
+        return Err(PlanError::Missed {
+            name: worst.name.clone(),
+            miss: worst.miss,
+            share: worst.relative() * 100.0,
+            effort: Box::new(effort),
+        });
+    }
     let largest_violation = largest_violation(problem, &solution);
     let trajectory = trajectory(file.machine.plant(), &file.limits, &solution, 1)?;
     effort.check = started.elapsed();
