@@ -12,12 +12,12 @@
 //! [`LIMIT_TOLERANCE`] of the axis' largest speed and torque.
 
 use stillpoint_shared::basis::MAX_SUPPORT;
+use stillpoint_shared::status::{Limit, Place, Quantity, Rejection};
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
 use stillpoint_shared::trajectory::QUANTITIES;
 use stillpoint_shared::{AxisLimits, Interval, LIMIT_TOLERANCE, Limits, Trajectory, lgr};
 
 use crate::limiter::available_torque_nm;
-use crate::rejection::{Limit, Place, Quantity, Rejection};
 
 /// What acceptance can be told.
 #[derive(Debug, Clone, Copy, PartialEq)]

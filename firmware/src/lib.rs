@@ -13,22 +13,20 @@
 #![deny(missing_docs)]
 
 pub mod accept;
-pub mod command;
 pub mod config;
 pub mod drive;
 pub mod executor;
-pub mod fault;
 pub mod ideal;
 pub mod limiter;
 pub mod monitor;
-pub mod rejection;
 pub mod safety_io;
 
-pub use command::{Command, Refusal, State};
 pub use config::{Config, ConfigError};
 pub use drive::{DriveGroup, DriveStatus, Feedback, Setpoint};
 pub use executor::{Executor, TickReport};
-pub use fault::{Fault, FaultCause};
 pub use ideal::IdealDrives;
-pub use limiter::LimitFlags;
-pub use rejection::Rejection;
+
+pub use stillpoint_shared::status::{
+    Command, CommsPolicy, Fault, FaultCause, HoldReason, LimitFlags, Refusal, Rejection,
+    StartRequest, State,
+};

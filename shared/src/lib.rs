@@ -16,6 +16,7 @@ pub mod basis;
 pub mod lgr;
 pub mod limits;
 pub mod player;
+pub mod status;
 pub mod time;
 pub mod trajectory;
 
