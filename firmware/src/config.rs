@@ -1,20 +1,25 @@
 //! Configuration of the executor, apart from its state.
 
-use core::fmt;
-
+use serde::{Deserialize, Serialize};
+use stillpoint_shared::status::{ConfigError, ConfigField};
 use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
 
 use crate::accept::AcceptConfig;
 use crate::monitor::MonitorConfig;
 
 /// How an executor plays.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
     /// Period of the tick in time ticks of 0.1 µs.
     pub period_ticks: u32,
     /// Speed in rad/s at which an armed axis creeps from where it stands to the first node.
     pub approach_speed_rad_per_s: f32,
+    /// Measured speed in rad/s below which an axis stands: then a hold is reported done.
+    pub standstill_speed_rad_per_s: f32,
+    /// Shortest time in s from full path speed to none and back; most moves need longer, see
+    /// [`pace`](crate::pace).
+    pub ramp_s: f32,
     /// What a trajectory is checked for.
     pub accept: AcceptConfig,
     /// What the feedback is watched for.
@@ -22,11 +27,13 @@ pub struct Config {
 }
 
 impl Default for Config {
-    /// 4 kHz and 0.05 rad/s.
+    /// 4 kHz; creeping at 0.05 rad/s, standing below 0.1 rad/s, ramps of 20 ms.
     fn default() -> Self {
         Self {
             period_ticks: DRIVE_PERIOD_TICKS,
             approach_speed_rad_per_s: 0.05,
+            standstill_speed_rad_per_s: 0.1,
+            ramp_s: 0.02,
             accept: AcceptConfig::default(),
             monitor: MonitorConfig::default(),
         }
@@ -34,69 +41,53 @@ impl Default for Config {
 }
 
 impl Config {
-    pub(crate) fn check(&self) -> Result<(), ConfigError> {
-        if self.period_ticks == 0 {
-            return Err(ConfigError::Value {
-                name: "period_ticks",
-                value: 0.0,
-            });
-        }
-        for (name, value) in [
-            ("approach_speed_rad_per_s", self.approach_speed_rad_per_s),
+    /// Nothing is set: all bytes are zero, for an executor that waits for its configuration.
+    pub(crate) const UNSET: Self = Self {
+        period_ticks: 0,
+        approach_speed_rad_per_s: 0.0,
+        standstill_speed_rad_per_s: 0.0,
+        ramp_s: 0.0,
+        accept: AcceptConfig {
+            start_tolerance_rad: 0.0,
+            torque_free_ends: false,
+        },
+        monitor: MonitorConfig {
+            following_at_rest_rad: 0.0,
+            following_lag_s: 0.0,
+            feedback_age_ticks: 0,
+            busy_limit_ticks: 0,
+        },
+    };
+
+    /// Whether an executor can play like this.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        use ConfigField as Field;
+        for (field, value, positive) in [
+            (Field::PeriodTicks, self.period_ticks as f32, true),
+            (Field::ApproachSpeed, self.approach_speed_rad_per_s, false),
             (
-                "accept.start_tolerance_rad",
+                Field::StandstillSpeed,
+                self.standstill_speed_rad_per_s,
+                false,
+            ),
+            (Field::RampTime, self.ramp_s, true),
+            (
+                Field::StartTolerance,
                 self.accept.start_tolerance_rad,
+                false,
             ),
             (
-                "monitor.following_at_rest_rad",
+                Field::FollowingAtRest,
                 self.monitor.following_at_rest_rad,
+                false,
             ),
-            ("monitor.following_lag_s", self.monitor.following_lag_s),
+            (Field::FollowingLag, self.monitor.following_lag_s, false),
         ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(ConfigError::Value { name, value });
+            let in_range = value >= 0.0 && !(positive && value == 0.0);
+            if !(value.is_finite() && in_range) {
+                return Err(ConfigError::Value { field, value });
             }
         }
         Ok(())
     }
 }
-
-/// Why an executor cannot be made.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum ConfigError {
-    /// The limits are of another number of axes.
-    Axes {
-        /// Axes of the limits.
-        limits: usize,
-        /// Axes of the executor.
-        executor: usize,
-    },
-    /// A number of the configuration is not finite, negative, or a period of zero.
-    Value {
-        /// Name of the field of [`Config`].
-        name: &'static str,
-        /// Its value.
-        value: f32,
-    },
-}
-
-impl fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Axes { limits, executor } => {
-                write!(
-                    f,
-                    "the limits are of {limits} axes, the executor of {executor}: give one set per axis"
-                )
-            }
-            Self::Value { name, value } => write!(
-                f,
-                "{name} is {value}: give a finite number that is not negative"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for ConfigError {}

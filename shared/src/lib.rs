@@ -13,6 +13,7 @@
 #![deny(missing_docs)]
 
 pub mod basis;
+pub mod hash;
 pub mod lgr;
 pub mod limits;
 pub mod player;
@@ -21,12 +22,11 @@ pub mod time;
 pub mod trajectory;
 
 mod error;
-mod hash;
 mod wire;
 
 pub use basis::Basis;
 pub use limits::{AxisLimits, Limits, LimitsError};
-pub use player::{Player, Sample};
+pub use player::{Player, Sample, Schedule};
 pub use trajectory::{Header, Interval, Trajectory, TrajectoryBuilder, TrajectoryError};
 
 /// Most axes a trajectory, a set of limits or a drive group can have.

@@ -13,7 +13,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::basis::MAX_POINTS;
-use crate::{Limits, hash, wire};
+use crate::{Limits, MAX_AXES, hash, wire};
 
 pub use crate::error::TrajectoryError;
 
@@ -113,10 +113,18 @@ pub struct Interval<'a> {
 
 impl Trajectory {
     /// A trajectory without intervals, as a place to load one into. It cannot be encoded into
-    /// anything `decode` accepts.
+    /// anything `decode` accepts. All its bytes are zero, so that a static one takes no flash.
     pub const fn empty() -> Self {
         Self {
-            header: Header::new(0, 0, 0),
+            header: Header {
+                magic: [0; 4],
+                version: 0,
+                id: 0,
+                axes: 0,
+                duration_ticks: 0,
+                limits_hash: 0,
+                content_hash: 0,
+            },
             spans: Vec::new(),
             coefficients: Vec::new(),
         }
@@ -186,9 +194,49 @@ impl Trajectory {
     pub fn decode_from(&mut self, bytes: &[u8]) -> Result<(), TrajectoryError> {
         let result = wire::decode(bytes, self);
         if result.is_err() {
-            self.reset(0, 0, 0);
+            self.clear();
         }
         result
+    }
+
+    /// Takes everything out: [`Trajectory::empty`] in place.
+    pub fn clear(&mut self) {
+        self.reset(0, 0, 0);
+        self.header.magic = [0; 4];
+        self.header.version = 0;
+    }
+
+    /// Begins a move of `axes` axes named `id`, planned for the limits of this hash, without
+    /// intervals; [`Trajectory::append`] and [`Trajectory::seal`] follow.
+    pub fn begin(&mut self, id: u32, axes: u8, limits_hash: u64) -> Result<(), TrajectoryError> {
+        if !(1..=MAX_AXES).contains(&usize::from(axes)) {
+            return Err(TrajectoryError::Axes {
+                axes: usize::from(axes),
+            });
+        }
+        self.reset(id, axes, limits_hash);
+        Ok(())
+    }
+
+    /// Appends an interval of N = `points` LGR points: (N + 1) × 3 × axes values, node-major. The
+    /// trajectory has to be sealed afterwards. Nothing is changed if it does not fit.
+    ///
+    /// Whether the values are finite is asked when the trajectory is accepted.
+    pub fn append(
+        &mut self,
+        duration_ticks: u32,
+        points: usize,
+        values: impl ExactSizeIterator<Item = f32>,
+    ) -> Result<(), TrajectoryError> {
+        self.push(duration_ticks, points, values)
+    }
+
+    /// Writes the content hash into the header and returns it. There is one interval at least.
+    pub fn seal(&mut self) -> Result<u64, TrajectoryError> {
+        if self.spans.is_empty() {
+            return Err(TrajectoryError::NoIntervals);
+        }
+        Ok(self.write_hash())
     }
 
     /// Makes `self` equal to `other` in place.
@@ -256,6 +304,7 @@ impl Trajectory {
         values: impl ExactSizeIterator<Item = f32>,
     ) -> Result<(), TrajectoryError> {
         self.header.duration_ticks = self.expect_room(duration_ticks, points, values.len())?;
+        self.header.content_hash = 0;
         // There is room: these cannot fail.
         let _ = self.spans.push(Span {
             duration_ticks,
@@ -268,7 +317,7 @@ impl Trajectory {
     }
 
     /// Computes the content hash, writes it into the header and returns it.
-    pub(crate) fn seal(&mut self) -> u64 {
+    pub(crate) fn write_hash(&mut self) -> u64 {
         self.header.content_hash = 0;
         self.header.content_hash = hash::of(&wire::Whole(self));
         self.header.content_hash
@@ -329,10 +378,7 @@ impl TrajectoryBuilder {
 
     /// Seals the trajectory with its content hash. It has one interval at least.
     pub fn finish(mut self) -> Result<Trajectory, TrajectoryError> {
-        if self.trajectory.spans.is_empty() {
-            return Err(TrajectoryError::NoIntervals);
-        }
-        self.trajectory.seal();
+        self.trajectory.seal()?;
         Ok(self.trajectory)
     }
 }

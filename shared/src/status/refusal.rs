@@ -4,7 +4,7 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Command, FaultCause, Rejection, State};
+use super::{Command, ConfigError, FaultCause, Rejection, State};
 use crate::TrajectoryError;
 
 /// Why a command was refused; nothing has changed then.
@@ -84,6 +84,14 @@ pub enum Refusal {
     NoCommsTimeout,
     /// The emergency stop is pressed.
     EmergencyStop,
+    /// The configuration is impossible.
+    Configuration(ConfigError),
+}
+
+impl From<ConfigError> for Refusal {
+    fn from(error: ConfigError) -> Self {
+        Self::Configuration(error)
+    }
 }
 
 impl From<TrajectoryError> for Refusal {
@@ -161,6 +169,7 @@ impl fmt::Display for Refusal {
                 f,
                 "the emergency stop is pressed: release it, then try again"
             ),
+            Self::Configuration(error) => error.fmt(f),
         }
     }
 }
