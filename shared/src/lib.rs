@@ -12,10 +12,12 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+pub mod assembly;
 pub mod basis;
 pub mod lgr;
 pub mod limits;
 pub mod player;
+pub mod protocol;
 pub mod status;
 pub mod time;
 pub mod trajectory;
@@ -25,7 +27,7 @@ mod hash;
 mod wire;
 
 pub use basis::Basis;
-pub use limits::{AxisLimits, Limits, LimitsError};
+pub use limits::{AxisLimits, LimitName, Limits, LimitsError};
 pub use player::{Player, Sample};
 pub use trajectory::{Header, Interval, Trajectory, TrajectoryBuilder, TrajectoryError};
 
