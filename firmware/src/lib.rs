@@ -20,6 +20,7 @@ pub mod ideal;
 pub mod limiter;
 pub mod monitor;
 pub mod safety_io;
+pub mod store;
 
 pub use config::{Config, ConfigError};
 pub use drive::{DriveGroup, DriveStatus, Feedback, Setpoint};

@@ -79,6 +79,13 @@ impl Header {
     }
 }
 
+impl Header {
+    /// The header at the beginning of an encoded trajectory, of which nothing else is read.
+    pub fn of(bytes: &[u8]) -> Result<Self, TrajectoryError> {
+        wire::header(bytes)
+    }
+}
+
 /// Number of values in an interval of N `points`: (N + 1) × 3 × axes.
 pub const fn coefficient_count(points: usize, axes: usize) -> usize {
     (points + 1) * QUANTITIES * axes

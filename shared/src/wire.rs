@@ -72,6 +72,24 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
+    /// Reads from the beginning, where magic and version come first and are single bytes, so that
+    /// a reader of any version finds them.
+    fn new(bytes: &'a [u8]) -> Result<Self, TrajectoryError> {
+        let truncated = TrajectoryError::Truncated { bytes: bytes.len() };
+        let (&found, versioned) = bytes.split_first_chunk().ok_or(truncated)?;
+        if found != MAGIC {
+            return Err(TrajectoryError::Magic { found });
+        }
+        match versioned.first() {
+            Some(&FORMAT_VERSION) => Ok(Self {
+                rest: bytes,
+                total: bytes.len(),
+            }),
+            Some(&found) => Err(TrajectoryError::Version { found }),
+            None => Err(truncated),
+        }
+    }
+
     fn take<T: Deserialize<'a>>(&mut self) -> Result<T, TrajectoryError> {
         match postcard::take_from_bytes(self.rest) {
             Ok((value, rest)) => {
@@ -103,26 +121,13 @@ impl<'a> Reader<'a> {
     }
 }
 
+pub(crate) fn header(bytes: &[u8]) -> Result<Header, TrajectoryError> {
+    Reader::new(bytes)?.take()
+}
+
 /// Reads `bytes` into `trajectory`, whose content is undefined but consistent after an error.
 pub(crate) fn decode(bytes: &[u8], trajectory: &mut Trajectory) -> Result<(), TrajectoryError> {
-    // Magic and version come first and are single bytes, so that a reader of any version finds
-    // them.
-    let Some((&found, versioned)) = bytes.split_first_chunk() else {
-        return Err(TrajectoryError::Truncated { bytes: bytes.len() });
-    };
-    if found != MAGIC {
-        return Err(TrajectoryError::Magic { found });
-    }
-    match versioned.first() {
-        Some(&FORMAT_VERSION) => {}
-        Some(&found) => return Err(TrajectoryError::Version { found }),
-        None => return Err(TrajectoryError::Truncated { bytes: bytes.len() }),
-    }
-
-    let mut reader = Reader {
-        rest: bytes,
-        total: bytes.len(),
-    };
+    let mut reader = Reader::new(bytes)?;
     let header: Header = reader.take()?;
     let axes = usize::from(header.axes);
     if !(1..=MAX_AXES).contains(&axes) {

@@ -33,11 +33,6 @@ pub enum StoreError {
         /// Offset in the sector, in bytes.
         offset: u32,
     },
-    /// What is stored cannot be read any more.
-    Unreadable {
-        /// Its content hash.
-        content_hash: u64,
-    },
 }
 
 impl fmt::Display for StoreError {
@@ -58,10 +53,6 @@ impl fmt::Display for StoreError {
             Self::Flash { sector, offset } => write!(
                 f,
                 "flash sector {sector} does not keep what is written at byte {offset}: replace the board"
-            ),
-            Self::Unreadable { content_hash } => write!(
-                f,
-                "the stored trajectory {content_hash:016x} is damaged: upload and store it again"
             ),
         }
     }
