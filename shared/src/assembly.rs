@@ -88,95 +88,101 @@ impl Arrived {
     }
 }
 
-/// A place where a trajectory is put together.
-#[derive(Debug, Clone)]
+/// Puts a trajectory together in a place that is always the same one. All bytes of a new one are
+/// zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Assembly {
-    trajectory: Trajectory,
     content_hash: u64,
     arrived: Arrived,
-    sealed: bool,
 }
 
 impl Default for Assembly {
     fn default() -> Self {
-        Self::empty()
+        Self::NONE
     }
 }
 
 impl Assembly {
-    /// A place with nothing begun.
-    pub const fn empty() -> Self {
-        Self {
-            trajectory: Trajectory::empty(),
-            content_hash: 0,
-            arrived: Arrived {
-                tag: 0,
-                blocks: 0,
-                bits: 0,
-            },
-            sealed: false,
-        }
-    }
+    /// Nothing is begun.
+    pub const NONE: Self = Self {
+        content_hash: 0,
+        arrived: Arrived {
+            tag: 0,
+            blocks: 0,
+            bits: 0,
+        },
+    };
 
-    /// Begins a trajectory; what was here is gone. Beginning the same one again goes on where it
-    /// was, so that a lost answer or connection costs nothing.
+    /// Begins a trajectory in `place`; what was there is gone. Beginning the same one again goes on
+    /// where it was, so that a lost answer or connection costs nothing.
     ///
-    /// After an error nothing is begun.
-    pub fn begin(&mut self, outline: &Outline) -> Result<(), TrajectoryError> {
-        if self.is_begun(outline) {
+    /// After an error nothing is begun, and `place` is empty.
+    pub fn begin(
+        &mut self,
+        outline: &Outline,
+        place: &mut Trajectory,
+    ) -> Result<(), TrajectoryError> {
+        if self.is_begun(outline, place) {
             return Ok(());
         }
-        self.clear();
-        self.trajectory
-            .lay_out(outline)
-            .inspect_err(|_| self.trajectory.clear())?;
-        let blocks = self.trajectory.coefficients().len().div_ceil(BLOCK_VALUES);
+        *self = Self::NONE;
+        if let Err(error) = place.lay_out(outline) {
+            place.clear();
+            return Err(error);
+        }
         self.content_hash = outline.content_hash;
         self.arrived = Arrived {
             tag: outline.tag(),
-            blocks: blocks as u8,
+            blocks: place.coefficients().len().div_ceil(BLOCK_VALUES) as u8,
             bits: 0,
         };
         Ok(())
     }
 
-    fn is_begun(&self, outline: &Outline) -> bool {
-        let header = self.trajectory.header();
+    fn is_begun(&self, outline: &Outline, place: &Trajectory) -> bool {
+        let header = place.header();
         self.arrived.blocks != 0
             && self.content_hash == outline.content_hash
             && header.id == outline.id
             && header.axes == outline.axes
             && header.limits_hash == outline.limits_hash
-            && self.trajectory.spans() == outline.spans.as_slice()
+            && place.spans() == outline.spans.as_slice()
     }
 
     /// Takes a block of little-endian f32 of the trajectory named `tag`. A block that has arrived
     /// before is not written again.
-    pub fn take(&mut self, tag: u32, block: u8, bytes: &[u8]) -> Result<(), AssemblyError> {
+    pub fn take(
+        &mut self,
+        tag: u32,
+        block: u8,
+        bytes: &[u8],
+        place: &mut Trajectory,
+    ) -> Result<(), AssemblyError> {
         let Arrived {
             tag: expected,
             blocks,
             ..
         } = self.arrived;
         if blocks == 0 {
-            return Err(AssemblyError::NothingBegun { tag });
+            return Err(AssemblyError::NothingBegun);
         }
         if tag != expected {
             return Err(AssemblyError::OtherTag { tag, expected });
         }
-        let place = self.trajectory.coefficients_mut().chunks_mut(BLOCK_VALUES);
-        let Some(place) = { place }.nth(usize::from(block)) else {
+        let mut places = place.coefficients_mut().chunks_mut(BLOCK_VALUES);
+        let Some(values) = places.nth(usize::from(block)) else {
             return Err(AssemblyError::NoSuchBlock { block, blocks });
         };
-        if bytes.len() != 4 * place.len() {
+        if bytes.len() != 4 * values.len() {
             return Err(AssemblyError::BlockLength {
                 block,
                 found: bytes.len() as u16,
-                expected: 4 * place.len() as u16,
+                expected: 4 * values.len() as u16,
             });
         }
         if !self.arrived.has(block) {
-            for (value, &four) in place.iter_mut().zip(bytes.as_chunks().0) {
+            for (value, &four) in values.iter_mut().zip(bytes.as_chunks().0) {
                 *value = f32::from_le_bytes(four);
             }
             self.arrived.bits |= 1 << block;
@@ -185,37 +191,26 @@ impl Assembly {
     }
 
     /// Which blocks have arrived.
-    pub fn arrived(&self) -> Arrived {
+    pub const fn arrived(&self) -> Arrived {
         self.arrived
     }
 
-    /// The trajectory, if all of it has arrived and it has the hash that the outline promised. With
-    /// another hash it is thrown away.
-    pub fn finish(&mut self) -> Result<&Trajectory, AssemblyError> {
+    /// Seals the trajectory, if all of it has arrived and it has the hash that the outline
+    /// promised. With another hash, all blocks have to come again.
+    pub fn finish(&mut self, place: &mut Trajectory) -> Result<(), AssemblyError> {
         let arrived = self.arrived;
         if arrived.blocks == 0 {
-            return Err(AssemblyError::NothingBegun { tag: 0 });
+            return Err(AssemblyError::NothingBegun);
         }
         if arrived.missing() != 0 {
             return Err(AssemblyError::Missing(arrived));
         }
-        if !self.sealed {
-            let (stored, computed) = (self.content_hash, self.trajectory.seal());
-            if stored != computed {
-                self.clear();
-                return Err(TrajectoryError::ContentHash { stored, computed }.into());
-            }
-            self.sealed = true;
+        let (stored, computed) = (self.content_hash, place.write_hash());
+        if stored != computed {
+            self.arrived.bits = 0;
+            return Err(TrajectoryError::ContentHash { stored, computed }.into());
         }
-        Ok(&self.trajectory)
-    }
-
-    /// Throws away what is here.
-    pub fn clear(&mut self) {
-        self.trajectory.clear();
-        self.content_hash = 0;
-        self.arrived = Arrived::default();
-        self.sealed = false;
+        Ok(())
     }
 }
 
@@ -227,10 +222,7 @@ pub enum AssemblyError {
     /// The outline or the whole is no trajectory.
     Trajectory(TrajectoryError),
     /// No trajectory was begun.
-    NothingBegun {
-        /// The trajectory that the block belongs to.
-        tag: u32,
-    },
+    NothingBegun,
     /// The block belongs to another trajectory than the one begun.
     OtherTag {
         /// The trajectory that the block belongs to.
@@ -271,10 +263,7 @@ impl fmt::Display for AssemblyError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Trajectory(error) => error.fmt(f),
-            Self::NothingBegun { tag } => write!(
-                f,
-                "no upload was begun (asked about {tag:08x}): begin it, then send its blocks"
-            ),
+            Self::NothingBegun => write!(f, "no upload is under way: begin one first"),
             Self::OtherTag { tag, expected } => write!(
                 f,
                 "the block is of trajectory {tag:08x}, the one being uploaded is {expected:08x}: begin the upload again"

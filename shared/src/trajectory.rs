@@ -326,7 +326,7 @@ impl Trajectory {
     }
 
     /// Computes the content hash, writes it into the header and returns it.
-    pub(crate) fn seal(&mut self) -> u64 {
+    pub(crate) fn write_hash(&mut self) -> u64 {
         self.header.content_hash = 0;
         self.header.content_hash = hash::of(&wire::Whole(self));
         self.header.content_hash
@@ -390,7 +390,7 @@ impl TrajectoryBuilder {
         if self.trajectory.spans.is_empty() {
             return Err(TrajectoryError::NoIntervals);
         }
-        self.trajectory.seal();
+        self.trajectory.write_hash();
         Ok(self.trajectory)
     }
 }

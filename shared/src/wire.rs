@@ -162,7 +162,7 @@ pub(crate) fn decode(bytes: &[u8], trajectory: &mut Trajectory) -> Result<(), Tr
             sum_ticks,
         });
     }
-    let computed = trajectory.seal();
+    let computed = trajectory.write_hash();
     if header.content_hash != computed {
         return Err(TrajectoryError::ContentHash {
             stored: header.content_hash,

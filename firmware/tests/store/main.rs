@@ -293,6 +293,17 @@ fn what_is_not_stored_is_not_found() {
 }
 
 #[test]
+fn nothing_is_written_where_the_flash_is_not_blank() {
+    let mut store = Store::mount(CutFlash::new(SECTOR_BYTES, 5), LAYOUT);
+    store.put(&short(1, 1)).unwrap();
+    let mut flash = store.into_flash();
+    flash.program(1, SECTOR_BYTES - 200, 0x1234).unwrap();
+    let mut store = Store::mount(flash, LAYOUT);
+    store.put(&short(1, 2)).unwrap();
+    assert_eq!(content(&store).moves, [short(1, 2)]);
+}
+
+#[test]
 fn a_worn_word_is_named_and_the_old_stays() {
     let mut store = Store::mount(CutFlash::new(SECTOR_BYTES, 5), LAYOUT);
     store.put(&short(1, 1)).unwrap();
