@@ -121,7 +121,7 @@ pub struct Identity {
 }
 
 /// Most trajectories in the store.
-pub const MAX_STORED: usize = 16;
+pub const MAX_STORED: usize = 12;
 
 /// What fits into the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
