@@ -13,21 +13,31 @@
 #![deny(missing_docs)]
 
 pub mod accept;
-pub mod config;
+mod buffers;
+mod comms;
 pub mod drive;
 pub mod executor;
 pub mod ideal;
+pub mod inputs;
 pub mod limiter;
 pub mod monitor;
+mod nodes;
+pub mod pace;
+pub mod path_time;
+pub mod ramp;
+pub mod record;
 pub mod safety_io;
+mod slot;
 pub mod store;
 
-pub use config::{Config, ConfigError};
 pub use drive::{DriveGroup, DriveStatus, Feedback, Setpoint};
 pub use executor::{Executor, TickReport};
 pub use ideal::IdealDrives;
+pub use inputs::TickInputs;
+pub use record::FaultRecord;
 
+pub use stillpoint_shared::config::{self, Config};
 pub use stillpoint_shared::status::{
-    Command, CommsPolicy, Fault, FaultCause, HoldReason, LimitFlags, Refusal, Rejection,
-    StartRequest, State,
+    Command, CommsPolicy, ConfigError, ConfigField, Fault, FaultCause, HoldReason, LimitFlags,
+    Refusal, Rejection, StartRequest, State,
 };

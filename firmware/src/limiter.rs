@@ -28,6 +28,20 @@ pub struct LimiterConfig {
 }
 
 impl LimiterConfig {
+    /// No limits are known: nothing may move. All bytes are zero.
+    pub(crate) const NONE: Self = Self {
+        limits: AxisLimits {
+            torque_nm: 0.0,
+            torque_rate_nm_per_s: 0.0,
+            speed_rad_per_s: 0.0,
+            knee_speed_rad_per_s: 0.0,
+            slope_nm_s_per_rad: 0.0,
+        },
+        speed_rad_per_s: 0.0,
+        position_step_rad: 0.0,
+        torque_step_nm: 0.0,
+    };
+
     /// For a tick of `period_s` seconds.
     pub fn new(limits: &AxisLimits, period_s: f32) -> Self {
         let speed_rad_per_s = limits.speed_rad_per_s * (1.0 + LIMIT_TOLERANCE);
@@ -44,6 +58,18 @@ impl LimiterConfig {
 /// coordinates of the curve.
 pub fn available_torque_nm(limits: &AxisLimits, speed_rad_per_s: f32) -> f32 {
     limits.available_torque_nm(speed_rad_per_s * (1.0 - LIMIT_TOLERANCE)) * (1.0 + LIMIT_TOLERANCE)
+}
+
+/// Least and greatest torque in N·m that [`limit`] surely lets through at a speed in rad/s, one
+/// period after `previous_nm` was sent: half of the tolerance is left for rounding.
+pub fn torque_window(config: &LimiterConfig, previous_nm: f32, speed_rad_per_s: f32) -> (f32, f32) {
+    const HALF: f32 = 0.5 * LIMIT_TOLERANCE;
+    let available_nm = config.limits.available_torque_nm(speed_rad_per_s) * (1.0 + HALF);
+    let step_nm = config.torque_step_nm * (1.0 - HALF);
+    let (mut least, mut most) = (previous_nm - step_nm, previous_nm + step_nm);
+    clamp(&mut least, 0.0, available_nm);
+    clamp(&mut most, 0.0, available_nm);
+    (least, most)
 }
 
 /// `wanted` brought within the limits, one period after `previous` was sent (which must be finite),

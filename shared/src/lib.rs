@@ -14,6 +14,8 @@
 
 pub mod assembly;
 pub mod basis;
+pub mod config;
+pub mod hash;
 pub mod lgr;
 pub mod limits;
 pub mod player;
@@ -23,12 +25,11 @@ pub mod time;
 pub mod trajectory;
 
 mod error;
-mod hash;
 mod wire;
 
 pub use basis::Basis;
 pub use limits::{AxisLimits, LimitName, Limits, LimitsError};
-pub use player::{Player, Sample};
+pub use player::{Player, Sample, Schedule};
 pub use trajectory::{Header, Interval, Trajectory, TrajectoryBuilder, TrajectoryError};
 
 /// Most axes a trajectory, a set of limits or a drive group can have.

@@ -125,10 +125,18 @@ pub struct Interval<'a> {
 
 impl Trajectory {
     /// A trajectory without intervals, as a place to load one into. It cannot be encoded into
-    /// anything `decode` accepts.
+    /// anything `decode` accepts. All its bytes are zero, so that a static one takes no flash.
     pub const fn empty() -> Self {
         Self {
-            header: Header::new(0, 0, 0),
+            header: Header {
+                magic: [0; 4],
+                version: 0,
+                id: 0,
+                axes: 0,
+                duration_ticks: 0,
+                limits_hash: 0,
+                content_hash: 0,
+            },
             spans: Vec::new(),
             coefficients: Vec::new(),
         }
@@ -219,6 +227,13 @@ impl Trajectory {
         result
     }
 
+    /// Takes everything out: [`Trajectory::empty`] in place.
+    pub fn clear(&mut self) {
+        self.reset(0, 0, 0);
+        self.header.magic = [0; 4];
+        self.header.version = 0;
+    }
+
     /// Makes `self` equal to `other` in place.
     pub fn copy_from(&mut self, other: &Self) {
         self.header = other.header;
@@ -227,10 +242,6 @@ impl Trajectory {
         // Equal capacities: these cannot fail.
         let _ = self.spans.extend_from_slice(&other.spans);
         let _ = self.coefficients.extend_from_slice(&other.coefficients);
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.reset(0, 0, 0);
     }
 
     pub(crate) fn spans(&self) -> &[Span] {
@@ -314,6 +325,7 @@ impl Trajectory {
         values: impl ExactSizeIterator<Item = f32>,
     ) -> Result<(), TrajectoryError> {
         self.header.duration_ticks = self.expect_room(duration_ticks, points, values.len())?;
+        self.header.content_hash = 0;
         // There is room: these cannot fail.
         let _ = self.spans.push(Span {
             duration_ticks,

@@ -12,7 +12,8 @@ use stillpoint_shared::protocol::{
     Denial, DriveConfigError, Message, Request, Response, SCHEMA, SCHEMA_HASH, StoreError,
 };
 use stillpoint_shared::status::{
-    Command, CommsPolicy, FaultCause, HoldReason, Limit, Quantity, Refusal, Rejection, State,
+    Command, CommsPolicy, ConfigError, ConfigField, FaultCause, HoldReason, Limit, Quantity,
+    Refusal, Rejection, State,
 };
 use stillpoint_shared::{LimitName, LimitsError, TrajectoryError};
 
@@ -30,7 +31,10 @@ fn registry() -> Registry {
         State,
         Command, CommsPolicy, HoldReason, Quantity, Limit, LimitName
     );
-    trace!(FaultCause, Rejection, TrajectoryError, Refusal, LimitsError);
+    trace!(
+        ConfigField,
+        ConfigError, FaultCause, Rejection, TrajectoryError, Refusal, LimitsError
+    );
     trace!(AssemblyError, DriveConfigError, StoreError, Denial);
     trace!(Request<'_>, Response, Message);
     tracer.registry().unwrap()

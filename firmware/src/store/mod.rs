@@ -10,6 +10,7 @@ mod record;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use stillpoint_shared::config::Config;
 use stillpoint_shared::protocol::{DriveConfig, MAX_STORED, StoreError, StoredMove};
 use stillpoint_shared::trajectory::{FORMAT_VERSION, Header};
 use stillpoint_shared::{Limits, Trajectory};
@@ -24,8 +25,9 @@ const MOVE: u8 = 1;
 /// Kinds of configuration.
 const LIMITS: u8 = 2;
 const DRIVES: u8 = 3;
+const CONFIG: u8 = 4;
 
-/// Version of the configuration's format: count it up when [`Limits`] or [`DriveConfig`] change.
+/// Version of the configuration's format: count it up when [`Limits`], [`DriveConfig`] or [`Config`] change.
 const CONFIG_FORMAT: u8 = 1;
 
 /// Enough bytes for any configuration.
@@ -150,25 +152,35 @@ impl<F: Flash> Store<F> {
 
     /// The machine's limits.
     pub fn limits(&self) -> Option<Limits> {
-        self.config(LIMITS)
+        self.value(LIMITS)
     }
 
     /// Stores the machine's limits.
     pub fn put_limits(&mut self, limits: &Limits) -> Result<(), StoreError> {
-        self.put_config(LIMITS, limits)
+        self.put_value(LIMITS, limits)
     }
 
     /// The configuration of the drives.
     pub fn drives(&self) -> Option<DriveConfig> {
-        self.config(DRIVES)
+        self.value(DRIVES)
     }
 
     /// Stores the configuration of the drives.
     pub fn put_drives(&mut self, drives: &DriveConfig) -> Result<(), StoreError> {
-        self.put_config(DRIVES, drives)
+        self.put_value(DRIVES, drives)
     }
 
-    fn config<T: DeserializeOwned>(&self, kind: u8) -> Option<T> {
+    /// How the executor plays.
+    pub fn config(&self) -> Option<Config> {
+        self.value(CONFIG)
+    }
+
+    /// Stores how the executor plays.
+    pub fn put_config(&mut self, config: &Config) -> Result<(), StoreError> {
+        self.put_value(CONFIG, config)
+    }
+
+    fn value<T: DeserializeOwned>(&self, kind: u8) -> Option<T> {
         let key = Key { kind, key: 0 };
         let mut entries = self.config.entries().iter();
         let entry = entries.find(|entry| entry.head.key == key)?;
@@ -178,7 +190,7 @@ impl<F: Flash> Store<F> {
         postcard::from_bytes(self.config.data(&self.flash, entry)?).ok()
     }
 
-    fn put_config<T: Serialize>(&mut self, kind: u8, value: &T) -> Result<(), StoreError> {
+    fn put_value<T: Serialize>(&mut self, kind: u8, value: &T) -> Result<(), StoreError> {
         let mut buffer = [0; MAX_CONFIG_BYTES];
         let bytes = postcard::to_slice(value, &mut buffer).map_err(|_| StoreError::NoRoom {
             needed: MAX_CONFIG_BYTES as u32 + 1,

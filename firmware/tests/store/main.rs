@@ -260,12 +260,12 @@ fn a_full_store_says_so_and_keeps_what_it_has() {
     );
 
     let mut store = Store::mount(CutFlash::new(8192, 3), LAYOUT);
-    for id in 0..16 {
+    for id in 0..12 {
         store.put(&short(id, 1)).unwrap();
     }
     let refused = store.put(&short(16, 1));
-    assert_eq!(refused, Err(StoreError::TooMany { most: 16 }));
-    store.put(&short(15, 2)).unwrap();
+    assert_eq!(refused, Err(StoreError::TooMany { most: 12 }));
+    store.put(&short(11, 2)).unwrap();
     store.delete_all().unwrap();
     assert_eq!(store.moves().count(), 0);
     store.put(&short(16, 1)).unwrap();

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use super::{DriveConfigError, StoreError};
 use crate::LimitsError;
-use crate::assembly::AssemblyError;
 use crate::status::Refusal;
 
 /// Why a request was refused; nothing has changed then.
@@ -35,17 +34,8 @@ pub enum Denial {
     },
     /// The executor refuses.
     Executor(Refusal),
-    /// The upload does not fit together.
-    Upload(AssemblyError),
     /// The limits are impossible.
     Limits(LimitsError),
-    /// The limits are of another number of axes than the board has.
-    Axes {
-        /// Axes given.
-        given: u8,
-        /// Axes of the board.
-        board: u8,
-    },
     /// The configuration of the drives is impossible.
     Drives(DriveConfigError),
     /// The store refuses.
@@ -62,12 +52,6 @@ pub enum Denial {
 impl From<Refusal> for Denial {
     fn from(refusal: Refusal) -> Self {
         Self::Executor(refusal)
-    }
-}
-
-impl From<AssemblyError> for Denial {
-    fn from(error: AssemblyError) -> Self {
-        Self::Upload(error)
     }
 }
 
@@ -97,12 +81,7 @@ impl fmt::Display for Denial {
                 "the board does not understand a request of {bytes} bytes: use the same version on both sides"
             ),
             Self::Executor(refusal) => refusal.fmt(f),
-            Self::Upload(error) => error.fmt(f),
             Self::Limits(error) => error.fmt(f),
-            Self::Axes { given, board } => write!(
-                f,
-                "values for {given} axes were given, the board has {board}: give one set per axis"
-            ),
             Self::Drives(error) => error.fmt(f),
             Self::Store(error) => error.fmt(f),
             Self::FaultSample { first, samples } => write!(

@@ -33,9 +33,13 @@
 //! | `Erase` | `Done` | forgets a stored trajectory, or all |
 //! | `SetTelemetry` | `Done` | every how many drive ticks, which channels |
 //! | `GetLimits` | `Limits` | the machine's limits |
-//! | `SetLimits` | `Done` | other limits, kept over a loss of power |
+//! | `SetLimits` | `Done` | other limits, kept over a loss of power; what was loaded is forgotten |
+//! | `GetConfig` | `Config` | how the executor plays: tolerances, monitors, ramps |
+//! | `SetConfig` | `Done` | plays otherwise, kept over a loss of power; what was loaded is forgotten |
 //! | `GetDrives` | `Drives` | configuration of the drives |
-//! | `SetDrives` | `Done` | another one, kept over a loss of power |
+//! | `SetDrives` | `Done` | another one, kept over a loss of power, in force from the next start of the board on |
+//! | `GetFault` | `Fault` | first cause and head of the fault record, kept over a reset |
+//! | `GetFaultSamples` | `FaultSamples` | up to 5 samples of the last second before the fault |
 //! | any | `Denied` | refused, with numbers; nothing has changed |
 //!
 //! `Telemetry` is sent unasked, with sequence numbers of its own.
@@ -71,6 +75,7 @@ pub mod frame;
 
 mod denial;
 mod drives;
+mod fault;
 mod hello;
 mod request;
 mod response;
@@ -83,6 +88,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 
 pub use denial::Denial;
 pub use drives::{AxisDrive, DriveConfig, DriveConfigError};
+pub use fault::{FaultAxis, FaultHead, FaultSample, MAX_FAULT_SAMPLES};
 pub use frame::{Envelope, FrameDecoder, FrameError, MAX_FRAME_BYTES};
 pub use hello::{Capacities, Greeting, Hello, Identity, MAX_STORED, Versions};
 pub use request::{Block, Request};

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{DriveConfig, Hello, TelemetryConfig};
 use crate::assembly::Outline;
+use crate::config::Config;
 use crate::status::StartRequest;
 use crate::{AxisLimits, MAX_AXES};
 
@@ -74,9 +75,14 @@ pub enum Request<'a> {
     GetLimits,
     /// Changes the machine's limits, and keeps them over a loss of power.
     SetLimits(Vec<AxisLimits, MAX_AXES>),
+    /// Asks how the executor plays.
+    GetConfig,
+    /// Changes how the executor plays, and keeps it over a loss of power.
+    SetConfig(Config),
     /// Asks for the configuration of the drives.
     GetDrives,
-    /// Changes the configuration of the drives, and keeps it over a loss of power.
+    /// Changes the configuration of the drives, kept over a loss of power and in force from the next
+    /// start of the board on.
     SetDrives(DriveConfig),
     /// Asks for the head of the fault record.
     GetFault,
@@ -102,6 +108,7 @@ impl Request<'_> {
                 | Self::UploadProgress
                 | Self::List
                 | Self::GetLimits
+                | Self::GetConfig
                 | Self::GetDrives
                 | Self::GetFault
                 | Self::GetFaultSamples { .. }

@@ -3,9 +3,11 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use super::fault::MAX_FAULT_SAMPLES;
 use super::hello::MAX_STORED;
-use super::{Denial, DriveConfig, Identity, Telemetry};
+use super::{Denial, DriveConfig, FaultHead, FaultSample, Identity, Telemetry};
 use crate::assembly::Arrived;
+use crate::config::Config;
 use crate::status::{Fault, HoldReason, LimitFlags, State};
 use crate::{Limits, MAX_AXES};
 
@@ -43,8 +45,14 @@ pub enum Response {
     Stored(Vec<StoredMove, MAX_STORED>),
     /// The machine's limits.
     Limits(Limits),
-    /// The configuration of the drives.
-    Drives(DriveConfig),
+    /// How the executor plays.
+    Config(Config),
+    /// The configuration of the drives, if there is one.
+    Drives(Option<DriveConfig>),
+    /// The head of the fault record, if there is a fault in it.
+    Fault(Option<FaultHead>),
+    /// Samples of the fault record, oldest first.
+    FaultSamples(Vec<FaultSample, MAX_FAULT_SAMPLES>),
 }
 
 /// How things are.

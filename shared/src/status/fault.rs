@@ -81,6 +81,8 @@ pub enum FaultCause {
         /// How many.
         missed: u16,
     },
+    /// The board started anew while the drives were on; found afterwards in the fault record.
+    Restart,
 }
 
 impl fmt::Display for Fault {
@@ -158,6 +160,10 @@ impl fmt::Display for FaultCause {
             Self::TicksMissed { missed } => write!(
                 f,
                 "the drive loop left out {missed} ticks during a move: lower the tick rate, then clear"
+            ),
+            Self::Restart => write!(
+                f,
+                "the board started anew while the drives were on: check its supply and its log"
             ),
         }
     }

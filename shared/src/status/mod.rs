@@ -5,6 +5,7 @@
 //! reorder.
 
 mod command;
+mod config_error;
 mod fault;
 mod flags;
 mod refusal;
@@ -13,6 +14,7 @@ mod start;
 mod state;
 
 pub use command::Command;
+pub use config_error::{ConfigError, ConfigField};
 pub use fault::{Fault, FaultCause};
 pub use flags::LimitFlags;
 pub use refusal::Refusal;
