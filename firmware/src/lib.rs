@@ -20,6 +20,7 @@ pub mod executor;
 pub mod ideal;
 pub mod inputs;
 pub mod limiter;
+pub mod link;
 pub mod monitor;
 mod nodes;
 pub mod pace;
@@ -34,6 +35,7 @@ pub use drive::{DriveGroup, DriveStatus, Feedback, Setpoint};
 pub use executor::{Executor, TickReport};
 pub use ideal::IdealDrives;
 pub use inputs::TickInputs;
+pub use link::{Link, Machine};
 pub use record::FaultRecord;
 
 pub use stillpoint_shared::config::{self, Config};

@@ -1,14 +1,20 @@
 //! Frames on a stream of bytes that loses, changes and adds some.
 
 use proptest::prelude::*;
-use stillpoint_shared::assembly::{BLOCK_VALUES, Outline};
+use stillpoint_shared::assembly::{Arrived, BLOCK_VALUES, Outline};
 use stillpoint_shared::protocol::frame::{self, MAX_PAYLOAD_BYTES};
 use stillpoint_shared::protocol::{
-    Block, Denial, DriveConfig, Envelope, FrameDecoder, FrameError, Hello, MAX_FRAME_BYTES,
-    Message, Request, Response, Versions,
+    AxisDrive, AxisStatus, Block, Capacities, Channels, Denial, DriveConfig, Envelope, FaultAxis,
+    FaultHead, FaultSample, FrameDecoder, FrameError, Greeting, Hello, Identity, LinkCounters,
+    MAX_FRAME_BYTES, MAX_TELEMETRY_BYTES, Message, Request, Response, Status, StoredMove,
+    Telemetry, Versions,
 };
-use stillpoint_shared::status::{Command, CommsPolicy, Refusal, StartRequest, State};
+use stillpoint_shared::status::{
+    Command, CommsPolicy, Fault, FaultCause, HoldReason, LimitFlags, Place, Quantity, Refusal,
+    Rejection, StartRequest, State,
+};
 use stillpoint_shared::trajectory::{MAX_INTERVALS, Span};
+use stillpoint_shared::{AxisLimits, Limits};
 
 const ENVELOPE: Envelope = Envelope {
     session: 300,
@@ -121,6 +127,164 @@ fn the_largest_messages_fit() {
         let bodies = sound(&frame);
         assert_eq!(frame::read(&bodies[0]), Ok(request));
     }
+}
+
+/// All numbers as long as they can be.
+#[test]
+fn the_largest_responses_fit() {
+    let versions = Versions {
+        oldest: u16::MAX,
+        newest: u16::MAX,
+        schema_hash: u32::MAX,
+    };
+    let name = || "sixteen bytes ..".try_into().unwrap();
+    let capacities = Capacities::new(u8::MAX, u32::MAX);
+    let identity = Identity {
+        greeting: Greeting {
+            versions,
+            session: u16::MAX,
+            board: name(),
+            firmware: name(),
+            build_id: u64::MAX,
+        },
+        axes: u8::MAX,
+        period_ticks: u32::MAX,
+        capacities,
+        state: State::Fault,
+        limits_hash: u64::MAX,
+        loaded: Some(u64::MAX),
+        stored: all(u64::MAX),
+    };
+    let at = Place {
+        axis: u8::MAX,
+        interval: u8::MAX,
+        ticks: u32::MAX,
+    };
+    let rejection = Rejection::Jump {
+        at,
+        quantity: Quantity::Torque,
+        before: 1.0,
+        after: 1.0,
+        tolerance: 1.0,
+    };
+    let fault = Fault {
+        cause: FaultCause::CommsLost {
+            silent_ticks: u32::MAX,
+            limit_ticks: u32::MAX,
+        },
+        tick: u64::MAX,
+    };
+    let limited = LimitFlags::from_bits(u8::MAX);
+    let axis = AxisStatus {
+        measured_rad: Some(1.0),
+        following_peak_rad: 1.0,
+        limited,
+    };
+    let counters = LinkCounters {
+        requests: u32::MAX,
+        damaged: u32::MAX,
+        overrun_bytes: u32::MAX,
+        repeated: u32::MAX,
+        dropped: u32::MAX,
+    };
+    let status = Status {
+        state: State::Fault,
+        held_by: Some(HoldReason::CommsLost),
+        fault: Some(fault),
+        tick: u64::MAX,
+        path_ticks: u32::MAX,
+        duration_ticks: u32::MAX,
+        loaded: Some(u64::MAX),
+        limits_hash: u64::MAX,
+        override_percent: u8::MAX,
+        dry_run: true,
+        axes: all(axis),
+        upload: Arrived {
+            tag: u32::MAX,
+            blocks: u8::MAX,
+            bits: u32::MAX,
+        },
+        link: counters,
+    };
+    let stored = StoredMove {
+        id: u32::MAX,
+        content_hash: u64::MAX,
+        limits_hash: u64::MAX,
+        duration_ticks: u32::MAX,
+        bytes: u32::MAX,
+    };
+    let limits = AxisLimits {
+        torque_nm: 1.0,
+        torque_rate_nm_per_s: 1.0,
+        speed_rad_per_s: 1.0,
+        knee_speed_rad_per_s: 1.0,
+        slope_nm_s_per_rad: 1.0,
+    };
+    let drive = AxisDrive {
+        bus: u8::MAX,
+        node: u8::MAX,
+        counts_per_rad: 1.0,
+        zero_counts: i32::MIN,
+        rated_torque_nm: 1.0,
+    };
+    let head = FaultHead {
+        fault,
+        build_id: u64::MAX,
+        trajectory_hash: u64::MAX,
+        period_ticks: u32::MAX,
+        samples: u16::MAX,
+    };
+    let axis = FaultAxis {
+        following_error_rad: 1.0,
+        velocity_rad_per_s: 1.0,
+        torque_nm: 1.0,
+    };
+    let sample = FaultSample {
+        tick: u32::MAX,
+        path_ticks: u32::MAX,
+        state: Some(State::Fault),
+        limited,
+        path_speed: u8::MAX,
+        age_ticks: u8::MAX,
+        axes: all(axis),
+    };
+    for response in [
+        Response::Hello(identity),
+        Response::Denied(Denial::Executor(Refusal::Rejected(rejection))),
+        Response::Status(status),
+        Response::Stored(all(stored)),
+        Response::Limits(Limits::new(&[limits; 6]).unwrap()),
+        Response::Drives(Some(DriveConfig { axes: all(drive) })),
+        Response::Fault(Some(head)),
+        Response::FaultSamples(all(sample)),
+    ] {
+        let message = Message::Response(response);
+        let bodies = sound(&framed(&message));
+        assert_eq!(frame::read(&bodies[0]), Ok(message));
+    }
+
+    let telemetry = Message::Telemetry(Telemetry {
+        tick: u64::MAX,
+        dropped: u32::MAX,
+        state: State::Fault,
+        path_ticks: u32::MAX,
+        path_speed: 1.0,
+        channels: Channels::ALL,
+        values: all(1.0),
+        limited: all(limited),
+    });
+    let mut buffer = [0; MAX_FRAME_BYTES];
+    let envelope = Envelope {
+        session: u16::MAX,
+        sequence: u16::MAX,
+    };
+    let frame = frame::encode(envelope, &telemetry, &mut buffer).unwrap();
+    assert!(frame.len() <= MAX_TELEMETRY_BYTES, "{}", frame.len());
+}
+
+/// As many as fit.
+fn all<T: Clone, const N: usize>(value: T) -> heapless::Vec<T, N> {
+    std::iter::repeat_n(value, N).collect()
 }
 
 #[test]

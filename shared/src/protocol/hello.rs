@@ -147,7 +147,7 @@ pub struct Capacities {
 
 impl Capacities {
     /// Those of this version of the code, with a window and a store of the given sizes.
-    pub const fn new(window: u8, stored: u8, store_bytes: u32) -> Self {
+    pub const fn new(window: u8, store_bytes: u32) -> Self {
         Self {
             intervals: MAX_INTERVALS as u8,
             points: MAX_POINTS as u8,
@@ -155,7 +155,7 @@ impl Capacities {
             coefficients: MAX_COEFFICIENTS as u16,
             block_values: BLOCK_VALUES as u16,
             window,
-            stored,
+            stored: MAX_STORED as u8,
             store_bytes,
         }
     }

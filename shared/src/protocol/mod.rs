@@ -94,7 +94,7 @@ pub use hello::{Capacities, Greeting, Hello, Identity, MAX_STORED, Versions};
 pub use request::{Block, Request};
 pub use response::{AxisStatus, LinkCounters, Message, Response, Status, StoredMove};
 pub use store::StoreError;
-pub use telemetry::{Channels, MAX_CHANNELS, Telemetry, TelemetryConfig};
+pub use telemetry::{Channels, MAX_CHANNELS, MAX_TELEMETRY_BYTES, Telemetry, TelemetryConfig};
 
 /// Versions of the protocol that this side understands.
 pub const PROTOCOL: RangeInclusive<u16> = 1..=1;

@@ -60,6 +60,9 @@ impl BitOr for Channels {
 /// Number of channels with values.
 pub const MAX_CHANNELS: usize = 5;
 
+/// Enough bytes for a frame of telemetry.
+pub const MAX_TELEMETRY_BYTES: usize = 176;
+
 /// Which samples of the drive loop are sent, and what of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -68,6 +71,14 @@ pub struct TelemetryConfig {
     pub every_ticks: u16,
     /// What it carries.
     pub channels: Channels,
+}
+
+impl TelemetryConfig {
+    /// No telemetry.
+    pub const OFF: Self = Self {
+        every_ticks: 0,
+        channels: Channels::NONE,
+    };
 }
 
 /// One sample of the drive loop.
@@ -82,6 +93,8 @@ pub struct Telemetry {
     pub state: State,
     /// Time in the trajectory, in ticks of 0.1 µs.
     pub path_ticks: u32,
+    /// Path speed as a part of the planned one, 0 to 1.
+    pub path_speed: f32,
     /// What follows.
     pub channels: Channels,
     /// The values of the chosen channels in the order of [`Channels::VALUES`], each axis by axis;
