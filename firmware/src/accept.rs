@@ -11,7 +11,6 @@
 //! 2⁻²⁴ · 2/T, and half a tick of T. Jumps: 4 ulp of the channel's largest magnitude. Stillness:
 //! [`LIMIT_TOLERANCE`] of the axis' largest speed and torque.
 
-use serde::{Deserialize, Serialize};
 use stillpoint_shared::basis::MAX_SUPPORT;
 use stillpoint_shared::status::{Limit, Place, Quantity, Rejection};
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
@@ -20,26 +19,7 @@ use stillpoint_shared::{AxisLimits, Interval, LIMIT_TOLERANCE, Limits, Trajector
 use crate::limiter::available_torque_nm;
 use crate::nodes::{Nodes, channel};
 
-/// What acceptance can be told.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct AcceptConfig {
-    /// Largest distance of the measured position from the first node, in rad.
-    pub start_tolerance_rad: f32,
-    /// Whether the torque must be zero at both ends: true unless a load, such as gravity, is held
-    /// there.
-    pub torque_free_ends: bool,
-}
-
-impl Default for AcceptConfig {
-    /// 1 mrad, and no torque at the ends.
-    fn default() -> Self {
-        Self {
-            start_tolerance_rad: 1e-3,
-            torque_free_ends: true,
-        }
-    }
-}
+pub use stillpoint_shared::config::AcceptConfig;
 
 /// Relative size of a jump that rounding explains: 4 ulp.
 const JUMP_TOLERANCE: f32 = 4.0 * f32::EPSILON;

@@ -1,5 +1,6 @@
 //! Two trajectories: the one that plays and the one that loads.
 
+use stillpoint_shared::assembly::{Arrived, Assembly, Outline};
 use stillpoint_shared::{Sample, Schedule, Trajectory, TrajectoryError};
 
 /// Two trajectory buffers and the schedule of the one that plays. All bytes of an empty one are
@@ -11,6 +12,7 @@ pub(crate) struct Buffers {
     loading: bool,
     /// The interval that was last evaluated.
     near: u16,
+    assembly: Assembly,
     schedule: Schedule,
     trajectories: [Trajectory; 2],
 }
@@ -22,6 +24,7 @@ impl Buffers {
             second_plays: false,
             loading: false,
             near: 0,
+            assembly: Assembly::NONE,
             schedule: Schedule::empty(),
         }
     }
@@ -46,34 +49,59 @@ impl Buffers {
         self.schedule.sample_near(playing, ticks, &mut self.near)
     }
 
-    /// The buffer to load into; what comes is under way until [`Buffers::swap`] or
+    /// Begins an upload, or goes on with the same one; it is under way until [`Buffers::swap`] or
     /// [`Buffers::abort`].
-    pub(crate) fn begin(&mut self) -> &mut Trajectory {
+    pub(crate) fn begin(&mut self, outline: &Outline) -> Result<(), TrajectoryError> {
+        self.loading = false;
+        let [first, second] = &mut self.trajectories;
+        let place = if self.second_plays { first } else { second };
+        self.assembly.begin(outline, place)?;
         self.loading = true;
-        self.spare_mut()
+        Ok(())
     }
 
-    /// The trajectory that loads.
-    pub(crate) fn loading(&self) -> Option<&Trajectory> {
+    /// The upload under way.
+    pub(crate) fn loading(&mut self) -> Option<(&mut Assembly, &mut Trajectory)> {
+        let [first, second] = &mut self.trajectories;
+        let place = if self.second_plays { first } else { second };
+        self.loading.then_some((&mut self.assembly, place))
+    }
+
+    /// Which blocks of the upload have arrived.
+    pub(crate) fn arrived(&self) -> Arrived {
+        if self.loading {
+            self.assembly.arrived()
+        } else {
+            Arrived::default()
+        }
+    }
+
+    /// The buffer that does not play.
+    pub(crate) fn spare(&self) -> &Trajectory {
         let [first, second] = &self.trajectories;
-        self.loading
-            .then_some(if self.second_plays { first } else { second })
+        if self.second_plays { first } else { second }
     }
 
-    pub(crate) fn loading_mut(&mut self) -> Option<&mut Trajectory> {
-        self.loading.then(|| self.spare_mut())
-    }
-
-    fn spare_mut(&mut self) -> &mut Trajectory {
+    /// The buffer that does not play, to write a whole trajectory into. An upload under way is
+    /// forgotten.
+    pub(crate) fn spare_mut(&mut self) -> &mut Trajectory {
+        self.forget();
         let [first, second] = &mut self.trajectories;
         if self.second_plays { first } else { second }
     }
 
+    /// Ends the upload. Begun again, it goes on where it was.
     pub(crate) fn abort(&mut self) {
         self.loading = false;
     }
 
-    /// Makes the one that was loaded the one that plays. If it cannot be prepared, the old one goes
+    /// Throws the upload away.
+    pub(crate) fn forget(&mut self) {
+        self.loading = false;
+        self.assembly = Assembly::NONE;
+    }
+
+    /// Makes the one in the spare buffer the one that plays. If it cannot be prepared, the old one goes
     /// on.
     pub(crate) fn swap(&mut self) -> Result<(), TrajectoryError> {
         self.second_plays = !self.second_plays;
@@ -83,7 +111,7 @@ impl Buffers {
             // It was prepared before: this cannot fail.
             let _ = self.prepare();
         } else {
-            self.loading = false;
+            self.forget();
         }
         prepared
     }
@@ -96,7 +124,7 @@ impl Buffers {
 
     /// Forgets both.
     pub(crate) fn clear(&mut self) {
-        self.loading = false;
+        self.forget();
         for trajectory in &mut self.trajectories {
             trajectory.clear();
         }

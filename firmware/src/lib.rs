@@ -15,12 +15,12 @@
 pub mod accept;
 mod buffers;
 mod comms;
-pub mod config;
 pub mod drive;
 pub mod executor;
 pub mod ideal;
 pub mod inputs;
 pub mod limiter;
+pub mod link;
 pub mod monitor;
 mod nodes;
 pub mod pace;
@@ -29,14 +29,16 @@ pub mod ramp;
 pub mod record;
 pub mod safety_io;
 mod slot;
+pub mod store;
 
-pub use config::Config;
 pub use drive::{DriveGroup, DriveStatus, Feedback, Setpoint};
 pub use executor::{Executor, TickReport};
 pub use ideal::IdealDrives;
 pub use inputs::TickInputs;
+pub use link::{Link, Machine};
 pub use record::FaultRecord;
 
+pub use stillpoint_shared::config::{self, Config};
 pub use stillpoint_shared::status::{
     Command, CommsPolicy, ConfigError, ConfigField, Fault, FaultCause, HoldReason, LimitFlags,
     Refusal, Rejection, StartRequest, State,

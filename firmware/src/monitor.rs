@@ -2,36 +2,10 @@
 //! to be; and at the drive loop itself: is it in time.
 
 use nalgebra::SVector;
-use serde::{Deserialize, Serialize};
 
 use crate::{DriveStatus, FaultCause, Feedback, Setpoint};
 
-/// What the monitor allows.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct MonitorConfig {
-    /// Following error allowed at rest, in rad.
-    pub following_at_rest_rad: f32,
-    /// Following error allowed per commanded speed, in rad per rad/s: the lag of the drives in
-    /// seconds.
-    pub following_lag_s: f32,
-    /// Greatest age of feedback, in drive ticks.
-    pub feedback_age_ticks: u16,
-    /// Longest duration of a tick during a move, in time ticks of 0.1 µs.
-    pub busy_limit_ticks: u32,
-}
-
-impl Default for MonitorConfig {
-    /// 10 mrad at rest and 2 ms of lag; two lost messages; 200 µs, four fifths of the usual period.
-    fn default() -> Self {
-        Self {
-            following_at_rest_rad: 0.01,
-            following_lag_s: 2e-3,
-            feedback_age_ticks: 2,
-            busy_limit_ticks: 2_000,
-        }
-    }
-}
+pub use stillpoint_shared::config::MonitorConfig;
 
 /// Peaks of AXES axes and of the loop since the move was started.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,6 +6,7 @@ mod common;
 use common::{AXES, Drives, FINE, begin, brought_to, limits, start, trajectory};
 use nalgebra::SVector;
 use stillpoint_firmware::{Command, Config, Executor, FaultCause, Refusal, StartRequest, State};
+use stillpoint_shared::assembly::{Arrived, Outline};
 
 fn end() -> SVector<f32, AXES> {
     SVector::<f32, AXES>::from_fn(|axis, _| {
@@ -17,7 +18,7 @@ fn end() -> SVector<f32, AXES> {
 fn order(executor: &mut Executor<AXES>, command: Command) -> Result<(), Refusal> {
     let header = *trajectory().header();
     match command {
-        Command::BeginLoad => executor.begin_load(header.id, header.axes, header.limits_hash),
+        Command::BeginLoad => executor.begin_load(&Outline::of(&trajectory())),
         Command::CommitLoad => {
             // The upload is complete wherever one may be under way.
             if executor.allows(Command::CommitLoad).is_ok() {
@@ -222,15 +223,16 @@ fn an_upload_under_way_in_any_state_can_be_committed_where_nothing_moves() {
         while executor.state() != State::Done {
             executor.tick(&mut drives, &FINE);
         }
-        assert_eq!(executor.loaded_intervals(), Some(common::INTERVALS as u32));
+        let arrived = executor.arrived();
+        assert!(arrived.blocks > 0 && arrived.missing() == 0, "{arrived:?}");
         assert!(matches!(
             executor.commit_load(hash, &end()),
             Err(Refusal::Rejected(_))
         ));
         executor.commit_load(hash, &start()).unwrap();
         assert_eq!(
-            (executor.state(), executor.loaded_intervals()),
-            (State::Armed, None)
+            (executor.state(), executor.arrived()),
+            (State::Armed, Arrived::default())
         );
     }
 }
@@ -240,9 +242,8 @@ fn an_executor_without_limits_takes_its_configuration_and_nothing_else() {
     let mut executor = Executor::<AXES>::unconfigured();
     let mut drives = Drives::at(&start());
     executor.tick(&mut drives, &FINE);
-    let header = *trajectory().header();
     assert_eq!(
-        executor.begin_load(header.id, header.axes, header.limits_hash),
+        executor.begin_load(&Outline::of(&trajectory())),
         Err(Refusal::NotConfigured)
     );
     assert_eq!(

@@ -12,6 +12,7 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use crate::assembly::Outline;
 use crate::basis::MAX_POINTS;
 use crate::{Limits, MAX_AXES, hash, wire};
 
@@ -78,15 +79,26 @@ impl Header {
     }
 }
 
+impl Header {
+    /// The header at the beginning of an encoded trajectory, of which nothing else is read.
+    pub fn of(bytes: &[u8]) -> Result<Self, TrajectoryError> {
+        wire::header(bytes)
+    }
+}
+
 /// Number of values in an interval of N `points`: (N + 1) × 3 × axes.
 pub const fn coefficient_count(points: usize, axes: usize) -> usize {
     (points + 1) * QUANTITIES * axes
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Span {
-    duration_ticks: u32,
-    points: u8,
+/// Size of one interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Span {
+    /// Duration in ticks of 0.1 µs.
+    pub duration_ticks: u32,
+    /// Number N of LGR points.
+    pub points: u8,
 }
 
 /// A planned move of fixed capacity. Made by [`TrajectoryBuilder`] or [`Trajectory::decode`].
@@ -182,6 +194,22 @@ impl Trajectory {
             .map_err(|_| TrajectoryError::BufferTooSmall { available })
     }
 
+    /// Hands the bytes of [`Trajectory::encode`] to `sink` piece by piece, for a board that has no
+    /// buffer for all of them. Returns false when the sink has returned false.
+    pub fn encode_into(&self, sink: impl FnMut(&[u8]) -> bool) -> bool {
+        wire::encode_into(self, sink)
+    }
+
+    /// Number of bytes of [`Trajectory::encode`].
+    pub fn encoded_bytes(&self) -> usize {
+        let mut bytes = 0;
+        self.encode_into(|piece| {
+            bytes += piece.len();
+            true
+        });
+        bytes
+    }
+
     /// Reads a trajectory, strictly: every count and hash must agree and no byte may be left over.
     pub fn decode(bytes: &[u8]) -> Result<Self, TrajectoryError> {
         let mut trajectory = Self::empty();
@@ -206,39 +234,6 @@ impl Trajectory {
         self.header.version = 0;
     }
 
-    /// Begins a move of `axes` axes named `id`, planned for the limits of this hash, without
-    /// intervals; [`Trajectory::append`] and [`Trajectory::seal`] follow.
-    pub fn begin(&mut self, id: u32, axes: u8, limits_hash: u64) -> Result<(), TrajectoryError> {
-        if !(1..=MAX_AXES).contains(&usize::from(axes)) {
-            return Err(TrajectoryError::Axes {
-                axes: usize::from(axes),
-            });
-        }
-        self.reset(id, axes, limits_hash);
-        Ok(())
-    }
-
-    /// Appends an interval of N = `points` LGR points: (N + 1) × 3 × axes values, node-major. The
-    /// trajectory has to be sealed afterwards. Nothing is changed if it does not fit.
-    ///
-    /// Whether the values are finite is asked when the trajectory is accepted.
-    pub fn append(
-        &mut self,
-        duration_ticks: u32,
-        points: usize,
-        values: impl ExactSizeIterator<Item = f32>,
-    ) -> Result<(), TrajectoryError> {
-        self.push(duration_ticks, points, values)
-    }
-
-    /// Writes the content hash into the header and returns it. There is one interval at least.
-    pub fn seal(&mut self) -> Result<u64, TrajectoryError> {
-        if self.spans.is_empty() {
-            return Err(TrajectoryError::NoIntervals);
-        }
-        Ok(self.write_hash())
-    }
-
     /// Makes `self` equal to `other` in place.
     pub fn copy_from(&mut self, other: &Self) {
         self.header = other.header;
@@ -247,6 +242,32 @@ impl Trajectory {
         // Equal capacities: these cannot fail.
         let _ = self.spans.extend_from_slice(&other.spans);
         let _ = self.coefficients.extend_from_slice(&other.coefficients);
+    }
+
+    pub(crate) fn spans(&self) -> &[Span] {
+        &self.spans
+    }
+
+    pub(crate) fn coefficients_mut(&mut self) -> &mut [f32] {
+        &mut self.coefficients
+    }
+
+    /// Makes room for the trajectory that `outline` describes, with all values zero and no hash.
+    pub(crate) fn lay_out(&mut self, outline: &Outline) -> Result<(), TrajectoryError> {
+        let axes = usize::from(outline.axes);
+        if !(1..=MAX_AXES).contains(&axes) {
+            return Err(TrajectoryError::Axes { axes });
+        }
+        if outline.spans.is_empty() {
+            return Err(TrajectoryError::NoIntervals);
+        }
+        self.reset(outline.id, outline.axes, outline.limits_hash);
+        for span in &outline.spans {
+            let points = usize::from(span.points);
+            let count = coefficient_count(points, axes);
+            self.push(span.duration_ticks, points, (0..count).map(|_| 0.0))?;
+        }
+        Ok(())
     }
 
     pub(crate) fn reset(&mut self, id: u32, axes: u8, limits_hash: u64) {
@@ -378,7 +399,10 @@ impl TrajectoryBuilder {
 
     /// Seals the trajectory with its content hash. It has one interval at least.
     pub fn finish(mut self) -> Result<Trajectory, TrajectoryError> {
-        self.trajectory.seal()?;
+        if self.trajectory.spans.is_empty() {
+            return Err(TrajectoryError::NoIntervals);
+        }
+        self.trajectory.write_hash();
         Ok(self.trajectory)
     }
 }

@@ -2,6 +2,7 @@
 //! whole; then the buffers change places. Until then the old one is the loaded one.
 
 use nalgebra::SVector;
+use stillpoint_shared::assembly::{Arrived, AssemblyError, Outline};
 use stillpoint_shared::{Trajectory, TrajectoryError};
 
 use super::Executor;
@@ -10,63 +11,48 @@ use crate::pace::Pace;
 use crate::{Command, Refusal, Rejection, State};
 
 impl<const AXES: usize> Executor<AXES> {
-    /// Begins an upload: a move named `id` of `axes` axes, planned for the limits of this hash. One
-    /// that is under way is forgotten.
+    /// Begins an upload, or goes on with the same one. Another one under way is forgotten, also by
+    /// one that is refused because it is no trajectory.
     ///
     /// With the drives off the state becomes `Loading`; with the drives on, even during a move, it
     /// stays, and what comes waits for its commit.
-    pub fn begin_load(&mut self, id: u32, axes: u8, limits_hash: u64) -> Result<(), Refusal> {
+    pub fn begin_load(&mut self, outline: &Outline) -> Result<(), Refusal> {
         self.allows(Command::BeginLoad)?;
         self.limits.as_ref().ok_or(Refusal::NotConfigured)?;
         let machine = self.limits_hash;
-        if usize::from(axes) != AXES {
+        if usize::from(outline.axes) != AXES {
             return Err(Rejection::Axes {
-                trajectory: axes,
+                trajectory: outline.axes,
                 machine: AXES as u8,
             }
             .into());
         }
-        if limits_hash != machine {
+        if outline.limits_hash != machine {
             return Err(Rejection::LimitsHash {
-                trajectory: limits_hash,
+                trajectory: outline.limits_hash,
                 machine,
             }
             .into());
         }
-        self.buffers.begin().begin(id, axes, limits_hash)?;
+        if let Err(error) = self.buffers.begin(outline) {
+            self.abort_load();
+            return Err(error.into());
+        }
         if !self.state.is_energised() {
             self.state = State::Loading;
         }
         Ok(())
     }
 
-    /// Takes interval `index` of the upload: N = `points` LGR points, (N + 1) × 3 × axes `values`,
-    /// node-major. One that has come before is taken as said: the commit's hash tells.
-    pub fn load_interval(
-        &mut self,
-        index: u32,
-        duration_ticks: u32,
-        points: u8,
-        values: impl ExactSizeIterator<Item = f32>,
-    ) -> Result<(), Refusal> {
-        let trajectory = self.buffers.loading_mut().ok_or(Refusal::NotLoading)?;
-        let expected = trajectory.intervals().len() as u32;
-        if index > expected {
-            return Err(Refusal::Interval {
-                expected,
-                found: index,
-            });
-        }
-        if index == expected {
-            trajectory.append(duration_ticks, usize::from(points), values)?;
-        }
-        Ok(())
+    /// Takes a block of the upload named `tag`, as [`Assembly::take`](stillpoint_shared::assembly::Assembly::take) does.
+    pub fn load_block(&mut self, tag: u32, block: u8, bytes: &[u8]) -> Result<(), Refusal> {
+        let (assembly, trajectory) = self.buffers.loading().ok_or(AssemblyError::NothingBegun)?;
+        Ok(assembly.take(tag, block, bytes, trajectory)?)
     }
 
-    /// Intervals of the upload that have come, if one is under way.
-    pub fn loaded_intervals(&self) -> Option<u32> {
-        let trajectory = self.buffers.loading()?;
-        Some(trajectory.intervals().len() as u32)
+    /// Which blocks of the upload have arrived; none, and no blocks, if none is under way.
+    pub fn arrived(&self) -> Arrived {
+        self.buffers.arrived()
     }
 
     /// Checks the upload against the hash announced, the limits and where the axes stand (rad), and
@@ -80,8 +66,9 @@ impl<const AXES: usize> Executor<AXES> {
         measured_rad: &SVector<f32, AXES>,
     ) -> Result<(), Refusal> {
         self.allows(Command::CommitLoad)?;
-        let trajectory = self.buffers.loading_mut().ok_or(Refusal::NotLoading)?;
-        let computed = trajectory.seal()?;
+        let (assembly, trajectory) = self.buffers.loading().ok_or(AssemblyError::NothingBegun)?;
+        assembly.finish(trajectory)?;
+        let computed = trajectory.header().content_hash;
         if computed != content_hash {
             return Err(TrajectoryError::ContentHash {
                 stored: content_hash,
@@ -94,7 +81,7 @@ impl<const AXES: usize> Executor<AXES> {
 
     /// Forgets the upload, if one is under way.
     pub fn abort_load(&mut self) {
-        self.buffers.abort();
+        self.buffers.forget();
         if self.state == State::Loading {
             self.state = self.rest();
         }
@@ -108,8 +95,8 @@ impl<const AXES: usize> Executor<AXES> {
         measured_rad: &SVector<f32, AXES>,
     ) -> Result<(), Refusal> {
         self.allows(Command::Load)?;
-        self.buffers.begin().copy_from(trajectory);
-        self.finish_load(measured_rad)
+        self.buffers.spare_mut().copy_from(trajectory);
+        self.accept_loading(measured_rad)
     }
 
     /// [`Executor::load`] from the bytes of [`Trajectory::encode`], such as the stored ones.
@@ -119,25 +106,14 @@ impl<const AXES: usize> Executor<AXES> {
         measured_rad: &SVector<f32, AXES>,
     ) -> Result<(), Refusal> {
         self.allows(Command::Load)?;
-        if let Err(error) = self.buffers.begin().decode_from(bytes) {
-            self.buffers.abort();
-            return Err(error.into());
-        }
-        self.finish_load(measured_rad)
-    }
-
-    fn finish_load(&mut self, measured_rad: &SVector<f32, AXES>) -> Result<(), Refusal> {
-        let accepted = self.accept_loading(measured_rad);
-        if accepted.is_err() {
-            self.buffers.abort();
-        }
-        accepted
+        self.buffers.spare_mut().decode_from(bytes)?;
+        self.accept_loading(measured_rad)
     }
 
     /// All or nothing: checks what is in the second buffer, then lets the buffers change places.
     fn accept_loading(&mut self, measured_rad: &SVector<f32, AXES>) -> Result<(), Refusal> {
         let limits = self.limits.as_ref().ok_or(Refusal::NotConfigured)?;
-        let trajectory = self.buffers.loading().ok_or(Refusal::NotLoading)?;
+        let trajectory = self.buffers.spare();
         accept::check(
             trajectory,
             limits,

@@ -5,6 +5,7 @@ use nalgebra::SVector;
 use stillpoint_firmware::{
     Config, DriveGroup, DriveStatus, Executor, Feedback, IdealDrives, Setpoint, State, TickInputs,
 };
+use stillpoint_shared::assembly::{self, Outline};
 use stillpoint_shared::{AxisLimits, Limits, Trajectory, TrajectoryBuilder, lgr};
 
 pub(crate) const AXES: usize = 2;
@@ -144,19 +145,20 @@ pub(crate) fn brought_to(state: State) -> (Executor<AXES>, Drives) {
     (executor, drives)
 }
 
-/// Begins an upload and sends all intervals.
+/// Begins an upload and sends all blocks.
 pub(crate) fn begin(executor: &mut Executor<AXES>, trajectory: &Trajectory) {
-    let header = trajectory.header();
-    executor
-        .begin_load(header.id, header.axes, header.limits_hash)
-        .unwrap();
-    for (index, interval) in (0..).zip(trajectory.intervals()) {
-        let values = interval.coefficients.iter().copied();
-        let points = interval.points as u8;
-        executor
-            .load_interval(index, interval.duration_ticks, points, values)
-            .unwrap();
+    let outline = Outline::of(trajectory);
+    executor.begin_load(&outline).unwrap();
+    for block in 0..executor.arrived().blocks {
+        let bytes = block_bytes(trajectory, block);
+        executor.load_block(outline.tag(), block, &bytes).unwrap();
     }
+}
+
+/// A block as it is sent.
+pub(crate) fn block_bytes(trajectory: &Trajectory, block: u8) -> Vec<u8> {
+    let values = assembly::block(trajectory, block).iter();
+    values.flat_map(|value| value.to_le_bytes()).collect()
 }
 
 /// A hook on the feedback.

@@ -58,6 +58,13 @@ pub enum ConfigError {
         /// Its value.
         value: f32,
     },
+    /// The board's drive loop has another period.
+    Period {
+        /// Period given, in time ticks of 0.1 µs.
+        given_ticks: u32,
+        /// Period of the board, in time ticks of 0.1 µs.
+        board_ticks: u32,
+    },
 }
 
 impl fmt::Display for ConfigError {
@@ -72,6 +79,15 @@ impl fmt::Display for ConfigError {
             Self::Value { field, value } => write!(
                 f,
                 "{field} is {value}: give a finite number that is not negative (period and ramp: positive)"
+            ),
+            Self::Period {
+                given_ticks,
+                board_ticks,
+            } => write!(
+                f,
+                "a period of {} µs was given, the board's is {} µs: it cannot be changed",
+                f64::from(given_ticks) / 10.0,
+                f64::from(board_ticks) / 10.0
             ),
         }
     }

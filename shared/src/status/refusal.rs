@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Command, ConfigError, FaultCause, Rejection, State};
 use crate::TrajectoryError;
+use crate::assembly::AssemblyError;
 
 /// Why a command was refused; nothing has changed then.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -50,15 +51,8 @@ pub enum Refusal {
     },
     /// The executor has no limits yet.
     NotConfigured,
-    /// No upload is under way.
-    NotLoading,
-    /// An interval came that is not the next one.
-    Interval {
-        /// The interval that is missing, from 0.
-        expected: u32,
-        /// The interval that came.
-        found: u32,
-    },
+    /// The upload does not fit together.
+    Upload(AssemblyError),
     /// What was sent is no trajectory, or not the one that was announced.
     Trajectory(TrajectoryError),
     /// Another trajectory is meant than the one that is loaded.
@@ -91,6 +85,12 @@ pub enum Refusal {
 impl From<ConfigError> for Refusal {
     fn from(error: ConfigError) -> Self {
         Self::Configuration(error)
+    }
+}
+
+impl From<AssemblyError> for Refusal {
+    fn from(error: AssemblyError) -> Self {
+        Self::Upload(error)
     }
 }
 
@@ -143,11 +143,7 @@ impl fmt::Display for Refusal {
                 f,
                 "the board does not know the machine's limits: configure it first"
             ),
-            Self::NotLoading => write!(f, "no upload is under way: begin one first"),
-            Self::Interval { expected, found } => write!(
-                f,
-                "interval {found} came where {expected} is the next: send {expected}"
-            ),
+            Self::Upload(error) => error.fmt(f),
             Self::Trajectory(error) => error.fmt(f),
             Self::OtherTrajectory { quoted, loaded } => write!(
                 f,
