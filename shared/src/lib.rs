@@ -13,6 +13,8 @@
 #![deny(missing_docs)]
 
 pub mod basis;
+pub mod drive_config;
+pub mod drive_error;
 pub mod lgr;
 pub mod limits;
 pub mod player;
@@ -24,6 +26,7 @@ mod hash;
 mod wire;
 
 pub use basis::Basis;
+pub use drive_config::{AxisDrive, BusConfig, DriveConfig, DriveConfigError};
 pub use limits::{AxisLimits, Limits, LimitsError};
 pub use player::{Player, Sample};
 pub use trajectory::{Header, Interval, Trajectory, TrajectoryBuilder, TrajectoryError};
