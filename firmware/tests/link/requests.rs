@@ -269,10 +269,12 @@ fn an_upload_begins_anew_after_the_buffer_was_used() {
         values: &values,
     }));
     assert_eq!(begun(&mut rig, &trajectory()), 1);
-    let still = still(77, [0.25, 1.0]);
-    rig.store.put(&still).unwrap();
+    let elsewhere = changed(&limits(), |(_, _, quantity, _), value| {
+        value + f64::from(quantity == 0)
+    });
+    rig.store.put(&elsewhere).unwrap();
     let load = Request::Load {
-        content_hash: still.header().content_hash,
+        content_hash: elsewhere.header().content_hash,
     };
     assert!(matches!(
         rig.ask(&load),
