@@ -9,6 +9,7 @@ use crate::study::{Document, Run, StudyError, equal_quintic, paper_row, play, sh
 use clap::Args;
 use std::path::PathBuf;
 use std::time::Instant;
+use stillpoint_shared::time;
 
 /// The paper's move comes with the program, so that the demo runs anywhere.
 const PAPER: &str = include_str!("../../moves/paper.toml");
@@ -40,7 +41,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     terminal::step("playing it, and the quintic of equal duration, through the board's executor");
     let drawn = [
         play("stillpoint", &file, &plan.trajectory)?,
-        equal_quintic("quintic, equal duration", &file, plan.solution.duration_s)?,
+        equal_quintic(
+            "quintic, equal duration",
+            &file,
+            time::seconds(plan.trajectory.duration_ticks()),
+        )?,
     ];
     let rows = drawn.iter().map(Run::row);
     let document = Document {

@@ -28,7 +28,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = MoveFile::read(&arguments.file)?;
     let trajectory = read_trajectory(&arguments.trajectory)?;
     terminal::step("playing the trajectory and the quintic of equal duration");
-    let own = play(&file.name, &file, &trajectory)?;
+    let own = play("stillpoint", &file, &trajectory)?;
     let duration_s = time::seconds(trajectory.duration_ticks());
     let quintic = equal_quintic("quintic, equal duration", &file, duration_s)?;
     let drawn = [own, quintic];
