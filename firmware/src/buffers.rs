@@ -6,12 +6,15 @@ use stillpoint_shared::{Sample, Schedule, Trajectory, TrajectoryError};
 /// Two trajectory buffers and the schedule of the one that plays. All bytes of an empty one are
 /// zero.
 #[derive(Debug)]
+#[repr(C)]
 pub(crate) struct Buffers {
-    trajectories: [Trajectory; 2],
     second_plays: bool,
     loading: bool,
+    /// The interval that was last evaluated.
+    near: u16,
     assembly: Assembly,
     schedule: Schedule,
+    trajectories: [Trajectory; 2],
 }
 
 impl Buffers {
@@ -20,6 +23,7 @@ impl Buffers {
             trajectories: [Trajectory::empty(), Trajectory::empty()],
             second_plays: false,
             loading: false,
+            near: 0,
             assembly: Assembly::NONE,
             schedule: Schedule::empty(),
         }
@@ -37,10 +41,12 @@ impl Buffers {
         self.playing().intervals().len() > 0
     }
 
-    /// The values of the one that plays.
+    /// The values of the one that plays, for times that mostly advance.
     #[inline]
-    pub(crate) fn sample<const AXES: usize>(&self, ticks: u32) -> Option<Sample<AXES>> {
-        self.schedule.sample(self.playing(), ticks)
+    pub(crate) fn sample<const AXES: usize>(&mut self, ticks: u32) -> Option<Sample<AXES>> {
+        let [first, second] = &self.trajectories;
+        let playing = if self.second_plays { second } else { first };
+        self.schedule.sample_near(playing, ticks, &mut self.near)
     }
 
     /// Begins an upload, or goes on with the same one; it is under way until [`Buffers::swap`] or

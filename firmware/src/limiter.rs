@@ -74,7 +74,41 @@ pub fn torque_window(config: &LimiterConfig, previous_nm: f32, speed_rad_per_s: 
 
 /// `wanted` brought within the limits, one period after `previous` was sent (which must be finite),
 /// and the limits in force.
+#[inline]
 pub fn limit(
+    config: &LimiterConfig,
+    previous: &Setpoint,
+    wanted: &Setpoint,
+) -> (Setpoint, LimitFlags) {
+    if is_within(config, previous, wanted) {
+        (*wanted, LimitFlags::NONE)
+    } else {
+        brought_within(config, previous, wanted)
+    }
+}
+
+/// Whether nothing has to be limited, which is nearly always so; not if a value is no number.
+#[inline]
+fn is_within(config: &LimiterConfig, previous: &Setpoint, wanted: &Setpoint) -> bool {
+    let reaches = |value: f32, centre: f32, reach: f32| {
+        let reach = reach + centre.abs() * f32::EPSILON;
+        value >= centre - reach && value <= centre + reach
+    };
+    let speed_rad_per_s = wanted.velocity_rad_per_s.abs();
+    let torque_nm = wanted.torque_nm.abs();
+    speed_rad_per_s <= config.speed_rad_per_s
+        && reaches(
+            wanted.position_rad,
+            previous.position_rad,
+            config.position_step_rad,
+        )
+        && torque_nm <= available_torque_nm(&config.limits, speed_rad_per_s)
+        && reaches(wanted.torque_nm, previous.torque_nm, config.torque_step_nm)
+}
+
+#[cold]
+#[inline(never)]
+fn brought_within(
     config: &LimiterConfig,
     previous: &Setpoint,
     wanted: &Setpoint,

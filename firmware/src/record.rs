@@ -306,6 +306,7 @@ impl<const AXES: usize> RawSample<AXES> {
     }
 
     /// Over all words, not zero for zeros.
+    #[inline]
     fn sum(&self) -> u16 {
         let words = [
             self.tick[0],
@@ -352,15 +353,11 @@ fn whole([low, high]: [u16; 2]) -> u32 {
     u32::from(high) << 16 | u32::from(low)
 }
 
-/// The nearest value whose f32 ends in 16 zero bits, as its upper half; no number stays none.
+/// The nearest value whose f32 ends in 16 zero bits, as its upper half. Infinite and no number stay
+/// what they are, and the very largest becomes infinite.
+#[inline]
 fn upper_half(value: f32) -> u16 {
-    let bits = value.to_bits();
-    let rounded = if value.is_finite() {
-        bits.saturating_add(0x8000)
-    } else {
-        bits | u32::from(value.is_nan()) << 22
-    };
-    (rounded >> 16) as u16
+    (value.to_bits().saturating_add(0x8000) >> 16) as u16
 }
 
 fn from_upper_half(half: u16) -> f32 {

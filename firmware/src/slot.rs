@@ -27,10 +27,29 @@ impl<T: Copy> Slot<T> {
     }
 
     #[inline]
-    pub(crate) fn set(&mut self, value: Option<T>) {
-        self.full = value.is_some();
-        if let Some(value) = value {
-            self.value = value;
+    pub(crate) fn put(&mut self, value: T) {
+        self.full = true;
+        self.value = value;
+    }
+
+    /// Keeps a value that could be had, in place and without the detour by an `Option`, which costs
+    /// a copy.
+    #[inline]
+    pub(crate) fn keep<E>(&mut self, result: Result<T, E>) -> Option<&T> {
+        match result {
+            Ok(value) => {
+                self.put(value);
+                Some(&self.value)
+            }
+            Err(_) => {
+                self.empty_out();
+                None
+            }
         }
+    }
+
+    #[inline]
+    pub(crate) fn empty_out(&mut self) {
+        self.full = false;
     }
 }

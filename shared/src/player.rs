@@ -106,16 +106,45 @@ impl Schedule {
         trajectory: &Trajectory,
         ticks: u32,
     ) -> Option<Sample<AXES>> {
+        let mut anywhere = u16::MAX;
+        self.sample_near(trajectory, ticks, &mut anywhere)
+    }
+
+    /// [`Schedule::sample`] without the search, for times that mostly advance: `near` is the
+    /// interval of the previous one, to begin with any number, and becomes that of this one.
+    #[inline]
+    pub fn sample_near<const AXES: usize>(
+        &self,
+        trajectory: &Trajectory,
+        ticks: u32,
+        near: &mut u16,
+    ) -> Option<Sample<AXES>> {
         let rows = rows(trajectory);
         if ticks >= trajectory.duration_ticks() {
             return rows.last().map(|&row| Sample::from_row(row));
         }
-        let following = self.spans.partition_point(|span| span.start_ticks <= ticks);
-        let span = self.spans.get(following.checked_sub(1)?)?;
+        let span = self.span_at(ticks, near)?;
         let x = span.local.coordinate(ticks - span.start_ticks);
         let basis = self.bases.get(usize::from(span.basis))?;
         let rows = rows.get(usize::from(span.first_row)..)?;
         Some(Sample::from_row(basis.evaluate(x, rows)))
+    }
+
+    /// The last interval that starts at `ticks` or before.
+    #[inline]
+    fn span_at(&self, ticks: u32, near: &mut u16) -> Option<&Span> {
+        match self.spans.get(usize::from(*near)) {
+            Some(span) if span.local.contains(ticks.wrapping_sub(span.start_ticks)) => Some(span),
+            _ => self.search(ticks, near),
+        }
+    }
+
+    #[cold]
+    fn search(&self, ticks: u32, near: &mut u16) -> Option<&Span> {
+        let following = self.spans.partition_point(|span| span.start_ticks <= ticks);
+        let index = following.checked_sub(1)?;
+        *near = index as u16;
+        self.spans.get(index)
     }
 }
 

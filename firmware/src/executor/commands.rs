@@ -64,7 +64,7 @@ impl<const AXES: usize> Executor<AXES> {
         }
         self.path = PathTime::START;
         self.ramp = Ramp::at(self.wanted_speed());
-        self.limited = [LimitFlags::NONE; AXES];
+        self.ever_limited = [LimitFlags::NONE; AXES];
         self.monitor = Monitor::NEW;
         self.held_by_silence = false;
         self.dry_run = request.dry_run;
@@ -169,7 +169,7 @@ impl<const AXES: usize> Executor<AXES> {
         if self.stop_pressed {
             return Err(Refusal::EmergencyStop);
         }
-        self.fault.set(None);
+        self.fault.empty_out();
         self.dry_run = false;
         self.state = self.rest();
         Ok(())

@@ -30,40 +30,43 @@ pub use report::TickReport;
 
 /// Plays trajectories on AXES drives. About 38 kB, most of it two trajectory buffers.
 ///
-/// A static one that begins as [`Executor::unconfigured`] takes no flash and is never moved.
+/// A static one that begins as [`Executor::unconfigured`] takes no flash and is never moved. In the
+/// order of its fields: what a tick reads is near, so that one instruction reaches it.
 #[derive(Debug)]
+#[repr(C)]
 pub struct Executor<const AXES: usize> {
-    config: Config,
-    limits: Option<Limits>,
-    limits_hash: u64,
-    limiters: [LimiterConfig; AXES],
-    period_s: f32,
-    approach_step_rad: f32,
-
-    buffers: Buffers,
-    pace: Pace<AXES>,
+    tick: u64,
+    path: PathTime,
+    ramp: Ramp,
+    sent_path_ticks: u32,
     state: State,
     dry_run: bool,
     /// The hold was not asked for, but came with the host's silence.
     held_by_silence: bool,
     stop_pressed: bool,
-    tick: u64,
-    path: PathTime,
-    ramp: Ramp,
     /// 100 % less the override in per cent, so that a new one is zero.
     slower_percent: u8,
-    comms: CommsWatch,
-
     commanded: [Setpoint; AXES],
     feedback: Slot<[Feedback; AXES]>,
+    /// Limits in force in the last tick, and since the last `start`.
     limited: [LimitFlags; AXES],
+    ever_limited: [LimitFlags; AXES],
     monitor: Monitor<AXES>,
+    limiters: [LimiterConfig; AXES],
+    pace: Pace<AXES>,
+    period_s: f32,
+    approach_step_rad: f32,
+    config: Config,
+    comms: CommsWatch,
     fault: Slot<Fault>,
     record: Option<&'static mut FaultRecord<AXES>>,
     /// Ticks until the next sample of the record.
     record_in_ticks: u16,
     record_every_ticks: u16,
     build_id: u64,
+    limits: Option<Limits>,
+    limits_hash: u64,
+    buffers: Buffers,
 }
 
 const NO_FEEDBACK: Feedback = Feedback {
@@ -108,6 +111,8 @@ impl<const AXES: usize> Executor<AXES> {
             commanded: [AT_ZERO; AXES],
             feedback: Slot::empty([NO_FEEDBACK; AXES]),
             limited: [LimitFlags::NONE; AXES],
+            ever_limited: [LimitFlags::NONE; AXES],
+            sent_path_ticks: 0,
             monitor: Monitor::NEW,
             fault: Slot::empty(NO_FAULT),
             record: None,
@@ -169,8 +174,9 @@ impl<const AXES: usize> Executor<AXES> {
     }
 
     /// Limits that were in force since the last `start`, axis by axis.
+    #[allow(clippy::misnamed_getters)] // Those of the last tick are in its report.
     pub fn limited(&self) -> &[LimitFlags; AXES] {
-        &self.limited
+        &self.ever_limited
     }
 
     /// Peaks since the last `start`.
@@ -232,6 +238,21 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
+    /// What happened in the last tick.
+    #[inline]
+    pub fn report(&self) -> TickReport<'_, AXES> {
+        TickReport {
+            tick: self.tick,
+            state: self.state,
+            path_ticks: self.sent_path_ticks,
+            path_speed: self.path_speed(),
+            setpoints: &self.commanded,
+            feedback: self.feedback.get(),
+            limited: &self.limited,
+            fault: self.fault.get().copied(),
+        }
+    }
+
     /// Positions in rad by the last feedback that came, if one came in the last tick.
     pub fn measured_rad(&self) -> Option<SVector<f32, AXES>> {
         let feedback = self.feedback.get()?;
@@ -270,10 +291,10 @@ impl<const AXES: usize> Executor<AXES> {
     /// Latches the first cause.
     fn latch(&mut self, cause: FaultCause) {
         if self.fault.get().is_none() {
-            self.fault.set(Some(Fault {
+            self.fault.put(Fault {
                 cause,
                 tick: self.tick,
-            }));
+            });
         }
     }
 

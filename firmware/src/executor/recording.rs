@@ -42,7 +42,7 @@ impl<const AXES: usize> Executor<AXES> {
 
     /// Adds this tick if it is time, and in any case if it ended in a fault.
     #[inline]
-    pub(super) fn record(&mut self, path_ticks: u32, limited: &[LimitFlags; AXES]) {
+    pub(super) fn record(&mut self) {
         let failed = self.state == State::Fault;
         if self.record.is_none() {
             return;
@@ -52,7 +52,7 @@ impl<const AXES: usize> Executor<AXES> {
             return;
         }
         self.record_in_ticks = self.record_every_ticks.saturating_sub(1);
-        let sample = self.record_sample(path_ticks, limited);
+        let sample = self.record_sample();
         if let Some(record) = self.record.as_deref_mut() {
             record.push(&sample);
             if let Some(&fault) = self.fault.get().filter(|_| failed) {
@@ -61,7 +61,7 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    fn record_sample(&self, path_ticks: u32, limited: &[LimitFlags; AXES]) -> RawSample<AXES> {
+    fn record_sample(&self) -> RawSample<AXES> {
         let feedback = self.feedback.get();
         let oldest = feedback.map(|feedback| {
             let ages = feedback.iter().map(|feedback| feedback.age_ticks);
@@ -69,23 +69,25 @@ impl<const AXES: usize> Executor<AXES> {
         });
         let moment = Moment {
             tick: self.tick as u32,
-            path_ticks,
+            path_ticks: self.sent_path_ticks,
             state: self.state,
-            limited: limited.iter().fold(LimitFlags::NONE, |all, &one| all | one),
+            limited: self
+                .limited
+                .iter()
+                .fold(LimitFlags::NONE, |all, &one| all | one),
             path_speed: (self.path_speed() >> (FULL_SPEED.ilog2() - 8)).min(255) as u8,
             age_ticks: oldest.map_or(255, |age| age.min(255) as u8),
         };
         let mut axes = [[f32::NAN; 3]; AXES];
-        for (values, commanded) in axes.iter_mut().zip(&self.commanded) {
-            *values = [f32::NAN, f32::NAN, commanded.torque_nm];
-        }
-        let measured = self.commanded.iter().zip(feedback.into_iter().flatten());
-        for (values, (commanded, feedback)) in axes.iter_mut().zip(measured) {
-            *values = [
-                commanded.position_rad - feedback.position_rad,
-                feedback.velocity_rad_per_s,
-                commanded.torque_nm,
-            ];
+        if let Some(feedback) = feedback {
+            let measured = self.commanded.iter().zip(feedback);
+            for (values, (commanded, feedback)) in axes.iter_mut().zip(measured) {
+                *values = [
+                    commanded.position_rad - feedback.position_rad,
+                    feedback.velocity_rad_per_s,
+                    commanded.torque_nm,
+                ];
+            }
         }
         RawSample::new(&moment, axes.into_iter())
     }

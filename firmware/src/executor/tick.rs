@@ -20,16 +20,15 @@ impl<const AXES: usize> Executor<AXES> {
         &mut self,
         drives: &mut D,
         inputs: &TickInputs,
-    ) -> TickReport<AXES> {
+    ) -> TickReport<'_, AXES> {
         self.tick = self.tick.wrapping_add(1);
-        let path_ticks = self.path.ticks();
-        let mut limited = [LimitFlags::NONE; AXES];
-        let was_recording = self.state.is_energised();
+        self.sent_path_ticks = self.path.ticks();
+        let was_energised = self.state.is_energised();
         if let Err(cause) = self.watch(inputs) {
             self.fail(cause);
         }
         if self.state.is_energised() {
-            if let Err(cause) = self.drive(drives, &mut limited) {
+            if let Err(cause) = self.drive(drives) {
                 drives.safe();
                 self.fail(cause);
             }
@@ -37,19 +36,10 @@ impl<const AXES: usize> Executor<AXES> {
             drives.safe();
             self.observe(drives);
         }
-        if was_recording {
-            self.record(path_ticks, &limited);
+        if was_energised {
+            self.record();
         }
-        TickReport {
-            tick: self.tick,
-            state: self.state,
-            path_ticks,
-            path_speed: self.path_speed(),
-            setpoints: self.commanded,
-            feedback: self.feedback.get().copied(),
-            limited,
-            fault: self.fault.get().copied(),
-        }
+        self.report()
     }
 
     /// Emergency stop, the loop's own timing, and the host.
@@ -90,11 +80,7 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    fn drive<D: DriveGroup<AXES>>(
-        &mut self,
-        drives: &mut D,
-        limited: &mut [LimitFlags; AXES],
-    ) -> Result<(), FaultCause> {
+    fn drive<D: DriveGroup<AXES>>(&mut self, drives: &mut D) -> Result<(), FaultCause> {
         let playing = self.state != State::Armed;
         let wanted = if playing {
             self.along_path()
@@ -107,20 +93,23 @@ impl<const AXES: usize> Executor<AXES> {
             .iter_mut()
             .zip(&wanted)
             .zip(&self.limiters)
-            .zip(limited)
-            .zip(&mut self.limited);
-        for ((((commanded, wanted), limiter), limited), sticky) in axes {
+            .zip(&mut self.limited)
+            .zip(&mut self.ever_limited);
+        for ((((commanded, wanted), limiter), limited), ever_limited) in axes {
             (*commanded, *limited) = limiter::limit(limiter, commanded, wanted);
-            *sticky |= *limited;
+            *ever_limited |= *limited;
         }
 
-        self.feedback.set(if self.dry_run {
+        let answer = if self.dry_run {
             drives.safe();
-            drives.observe().ok()
+            drives.observe()
         } else {
-            drives.exchange(&self.commanded).ok()
-        });
-        let feedback = self.feedback.get().ok_or(FaultCause::ExchangeFailed)?;
+            drives.exchange(&self.commanded)
+        };
+        let feedback = self
+            .feedback
+            .keep(answer)
+            .ok_or(FaultCause::ExchangeFailed)?;
         let enabled = playing && !self.dry_run;
         self.monitor
             .check(&self.config.monitor, &self.commanded, feedback, enabled)?;
@@ -244,12 +233,11 @@ impl<const AXES: usize> Executor<AXES> {
     }
 
     fn observe<D: DriveGroup<AXES>>(&mut self, drives: &mut D) {
-        self.feedback.set(drives.observe().ok());
-        for (commanded, feedback) in self
-            .commanded
-            .iter_mut()
-            .zip(self.feedback.get().into_iter().flatten())
-        {
+        self.limited = [LimitFlags::NONE; AXES];
+        let Some(feedback) = self.feedback.keep(drives.observe()) else {
+            return;
+        };
+        for (commanded, feedback) in self.commanded.iter_mut().zip(feedback) {
             *commanded = at_rest(feedback, commanded);
         }
     }

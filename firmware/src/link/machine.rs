@@ -63,7 +63,7 @@ impl<const AXES: usize> Machine<AXES> {
         &mut self,
         drives: &mut D,
         inputs: &TickInputs,
-    ) -> TickReport<AXES> {
+    ) -> TickReport<'_, AXES> {
         let report = self.executor.tick(drives, inputs);
         self.tap.record(&report);
         report

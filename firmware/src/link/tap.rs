@@ -94,7 +94,7 @@ impl Tap {
             path_speed: speed_ratio(report.path_speed),
             channels,
             values,
-            limited: limited.into_iter().flatten().collect(),
+            limited: limited.into_iter().flatten().copied().collect(),
         });
     }
 

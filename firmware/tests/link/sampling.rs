@@ -51,8 +51,9 @@ fn a_move_is_seen_as_it_is_played() {
     rig.done(&telemetry(1, Channels::ALL));
     let mut moving = 0;
     for _ in 0..200 {
-        let report = rig.machine.tick(&mut rig.drives, &crate::common::FINE);
+        rig.machine.tick(&mut rig.drives, &crate::common::FINE);
         let seen = rig.telemetry();
+        let report = rig.machine.executor.report();
         let [(_, sample)] = &seen[..] else {
             panic!("{seen:?}");
         };
