@@ -15,6 +15,8 @@
 pub mod assembly;
 pub mod basis;
 pub mod config;
+pub mod drive_config;
+pub mod drive_error;
 pub mod hash;
 pub mod lgr;
 pub mod limits;
@@ -28,6 +30,7 @@ mod error;
 mod wire;
 
 pub use basis::Basis;
+pub use drive_config::{AxisDrive, BusConfig, DriveConfig, DriveConfigError};
 pub use limits::{AxisLimits, LimitName, Limits, LimitsError};
 pub use player::{Player, Sample, Schedule};
 pub use trajectory::{Header, Interval, Trajectory, TrajectoryBuilder, TrajectoryError};

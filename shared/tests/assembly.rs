@@ -120,6 +120,13 @@ fn begun_again_it_goes_on_and_another_one_starts_anew() {
     place.begin(&other).unwrap();
     assert_eq!(place.arrived().bits, 0);
 
+    let mut other = outline.clone();
+    other.content_hash ^= 1 << 40;
+    place.begin(&outline).unwrap();
+    place.take(tag, 2, &bytes(&trajectory, 2)).unwrap();
+    place.begin(&other).unwrap();
+    assert_eq!(place.arrived().bits, 0);
+
     // After the end, too, so that a lost answer to the commit costs nothing.
     place.begin(&outline).unwrap();
     for block in 0..5 {
@@ -128,6 +135,19 @@ fn begun_again_it_goes_on_and_another_one_starts_anew() {
     assert!(place.finish().is_ok());
     place.begin(&outline).unwrap();
     assert_eq!(place.arrived().missing(), 0);
+    assert_eq!(place.finish(), Ok(&trajectory));
+}
+
+/// What says that it is a block that came before is believed; the first one counts.
+#[test]
+fn a_block_is_written_once() {
+    let trajectory = paper_shaped();
+    let (mut place, tag) = begun(&trajectory);
+    for block in 0..5 {
+        let bytes = bytes(&trajectory, block);
+        place.take(tag, block, &bytes).unwrap();
+        place.take(tag, block, &vec![7; bytes.len()]).unwrap();
+    }
     assert_eq!(place.finish(), Ok(&trajectory));
 }
 

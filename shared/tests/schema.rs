@@ -8,8 +8,11 @@ use serde_reflection::{
     VariantFormat,
 };
 use stillpoint_shared::assembly::AssemblyError;
+use stillpoint_shared::drive_config::{
+    AxisDrive, BusConfig, DriveConfig, DriveConfigError, Mapping, Problem,
+};
 use stillpoint_shared::protocol::{
-    Denial, DriveConfigError, Message, Request, Response, SCHEMA, SCHEMA_HASH, StoreError,
+    Denial, Message, Request, Response, SCHEMA, SCHEMA_HASH, StoreError,
 };
 use stillpoint_shared::status::{
     Command, CommsPolicy, ConfigError, ConfigField, FaultCause, HoldReason, Limit, Quantity,
@@ -18,9 +21,25 @@ use stillpoint_shared::status::{
 use stillpoint_shared::{LimitName, LimitsError, TrajectoryError};
 
 fn registry() -> Registry {
-    // Limits check their values: a torque of zero would not be read.
-    let mut tracer = Tracer::new(TracerConfig::default().default_f32_value(1.0));
-    let samples = Samples::new();
+    // Types that check their values would not be read from zeros.
+    let config = TracerConfig::default().default_f32_value(1.0);
+    let mut tracer = Tracer::new(config.record_samples_for_structs(true));
+    let mut samples = Samples::new();
+    let drive = AxisDrive {
+        bus: 0,
+        node: 1,
+        counts_per_turn: 1.0,
+        reversed: false,
+        home_counts: 0,
+        home_rad: 0.0,
+        gear_ratio: 1.0,
+        rated_torque_nm: 1.0,
+        torque_limit_permille: 1,
+        mapping: Mapping::Write,
+        tells_following: true,
+    };
+    let drives = DriveConfig::new(BusConfig::default(), &[drive]).unwrap();
+    tracer.trace_value(&mut samples, &drives).unwrap();
 
     macro_rules! trace {
         ($($name:ty),*) => {
@@ -35,7 +54,10 @@ fn registry() -> Registry {
         ConfigField,
         ConfigError, FaultCause, Rejection, TrajectoryError, Refusal, LimitsError
     );
-    trace!(AssemblyError, DriveConfigError, StoreError, Denial);
+    trace!(
+        Mapping,
+        Problem, AssemblyError, DriveConfigError, StoreError, Denial
+    );
     trace!(Request<'_>, Response, Message);
     tracer.registry().unwrap()
 }

@@ -2,6 +2,7 @@
 
 use heapless::String;
 use stillpoint_shared::Limits;
+use stillpoint_shared::drive_config::{Cycle, DriveConfig};
 use stillpoint_shared::protocol::{
     Capacities, Denial, Greeting, Identity, LinkCounters, Request, Response, Versions,
 };
@@ -168,11 +169,16 @@ impl<M, F: Flash> Reach<'_, M, F> {
                 self.machine
                     .with(|m| m.executor.configure(limits, config))?;
             }
-            Request::SetDrives(ref drives) => {
-                drives.check(AXES).map_err(Denial::Drives)?;
+            Request::SetDrives { bus, ref axes } => {
+                if axes.len() != AXES {
+                    let (given, board) = (axes.len() as u8, AXES as u8);
+                    return Err(Denial::DriveAxes { given, board });
+                }
+                let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
+                Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
                 self.machine
                     .with(|m| m.executor.allows(Command::Configure))?;
-                self.store.put_drives(drives)?;
+                self.store.put_drives(&drives)?;
             }
             // The others, which do not come here.
             _ => return Err(Denial::NotUnderstood { bytes: 0 }),

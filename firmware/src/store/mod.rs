@@ -11,9 +11,9 @@ mod record;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use stillpoint_shared::config::Config;
-use stillpoint_shared::protocol::{DriveConfig, MAX_STORED, StoreError, StoredMove};
+use stillpoint_shared::protocol::{MAX_STORED, StoreError, StoredMove};
 use stillpoint_shared::trajectory::{FORMAT_VERSION, Header};
-use stillpoint_shared::{Limits, Trajectory};
+use stillpoint_shared::{DriveConfig, Limits, Trajectory, drive_config};
 
 use flash::Flash;
 use log::{Entry, Log, Sink, Source};
@@ -32,6 +32,7 @@ const CONFIG_FORMAT: u8 = 1;
 
 /// Enough bytes for any configuration.
 const MAX_CONFIG_BYTES: usize = 256;
+const _: () = assert!(drive_config::MAX_ENCODED_BYTES <= MAX_CONFIG_BYTES);
 
 /// Sectors of the store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,7 +5,8 @@ use stillpoint_firmware::State;
 use stillpoint_firmware::link::WINDOW;
 use stillpoint_shared::assembly::{Arrived, Outline};
 use stillpoint_shared::protocol::{
-    Block, Denial, Envelope, Hello, MAX_FRAME_BYTES, Request, Response, SCHEMA_HASH, Versions,
+    Block, Denial, Envelope, FrameDecoder, Hello, MAX_FRAME_BYTES, Request, Response, SCHEMA_HASH,
+    Versions,
 };
 use stillpoint_shared::status::CommsPolicy;
 
@@ -262,6 +263,40 @@ fn a_full_outbox_holds_requests_back() {
     assert!(sent < 400);
     assert_eq!(rig.drain().len(), sent);
     assert_eq!(rig.link.counters().overrun_bytes, 0);
+}
+
+/// The host's side of the line takes a few bytes at a time.
+#[test]
+fn frames_are_whole_however_they_are_sent() {
+    let mut rig = Rig::new();
+    let mut bytes = Vec::new();
+    let mut asked = 0;
+    for step in 0..5_000 {
+        if step % 20 == 0 && rig.link.free() > 100 {
+            rig.sequence = rig.sequence.wrapping_add(1);
+            let frame = framed(rig.envelope(), &Request::Status);
+            rig.receive(&frame);
+            asked += 1;
+        }
+        rig.poll();
+        let taken = rig.link.transmit().len().min(step % 7);
+        bytes.extend(&rig.link.transmit()[..taken]);
+        rig.link.sent(taken);
+    }
+    bytes.extend(rig.link.transmit());
+    // More than there is to send.
+    rig.link.sent(usize::MAX);
+    assert_eq!(rig.link.transmit(), []);
+    let mut decoder = FrameDecoder::new();
+    let mut answered = 0;
+    for byte in bytes {
+        if let Some(payload) = decoder.feed(byte) {
+            payload.unwrap();
+            answered += 1;
+        }
+    }
+    assert_eq!(answered, asked);
+    rig.done(&Request::KeepAlive);
 }
 
 #[test]

@@ -3,14 +3,16 @@
 use heapless::Vec as Few;
 use stillpoint_firmware::{Command, Config, ConfigError, FaultCause, Refusal, State, TickInputs};
 use stillpoint_shared::assembly::{AssemblyError, Outline};
-use stillpoint_shared::protocol::{
-    AxisDrive, Block, Denial, DriveConfig, DriveConfigError, Request, Response, StoreError,
-    TelemetryConfig,
+use stillpoint_shared::drive_config::{
+    AxisDrive, BusConfig, DriveConfig, DriveConfigError, Mapping,
 };
+use stillpoint_shared::protocol::{Block, Denial, Request, Response, StoreError, TelemetryConfig};
 use stillpoint_shared::status::CommsPolicy;
-use stillpoint_shared::{AxisLimits, LimitName, Limits, LimitsError, TrajectoryError};
+use stillpoint_shared::{
+    AxisLimits, LimitName, Limits, LimitsError, Trajectory, TrajectoryBuilder, TrajectoryError,
+};
 
-use crate::common::{FINE, axis_limits, changed, limits, trajectory};
+use crate::common::{FINE, axis_limits, block_bytes, changed, limits, trajectory};
 use crate::rig::Rig;
 
 fn hash() -> u64 {
@@ -21,16 +23,26 @@ fn denied(refusal: impl Into<Denial>) -> Response {
     Response::Denied(refusal.into())
 }
 
-fn drives() -> DriveConfig {
-    let drive = |node| AxisDrive {
+fn drive(node: u8) -> AxisDrive {
+    AxisDrive {
         bus: 0,
         node,
-        counts_per_rad: 1e5,
-        zero_counts: -3,
-        rated_torque_nm: 40.0,
-    };
-    DriveConfig {
-        axes: [drive(1), drive(2)].into_iter().collect(),
+        counts_per_turn: 1e6,
+        reversed: true,
+        home_counts: -3,
+        home_rad: 0.5,
+        gear_ratio: 33.0,
+        rated_torque_nm: 1.27,
+        torque_limit_permille: 3_000,
+        mapping: Mapping::Write,
+        tells_following: true,
+    }
+}
+
+fn set_drives(axes: &[AxisDrive]) -> Request<'static> {
+    Request::SetDrives {
+        bus: BusConfig::default(),
+        axes: axes.iter().copied().collect(),
     }
 }
 
@@ -66,7 +78,7 @@ fn all(rig: &Rig) -> Vec<Request<'static>> {
         Request::GetConfig,
         Request::SetConfig(Config::default()),
         Request::GetDrives,
-        Request::SetDrives(drives()),
+        set_drives(&[drive(1), drive(2)]),
         Request::GetFault,
         Request::GetFaultSamples { first: 0 },
     ]
@@ -229,6 +241,69 @@ fn an_upload_is_refused_with_the_reason() {
     assert_eq!(rig.machine.executor.trajectory(), &trajectory());
 }
 
+/// Nothing of one upload is taken for a part of another one, whatever the second buffer has been
+/// used for in between.
+#[test]
+fn an_upload_begins_anew_after_the_buffer_was_used() {
+    let mut rig = Rig::new();
+    let other = changed(&limits(), |(interval, node, quantity, _), value| {
+        value + f64::from((interval, node, quantity) == (1, 3, 2))
+    });
+    // The buffers have changed places.
+    assert_eq!(rig.upload(&trajectory()), Response::Done);
+    assert_eq!(rig.upload(&other), Response::Done);
+    assert_eq!(begun(&mut rig, &other), 0);
+    rig.done(&Request::UploadAbort);
+
+    // A stored one came in, and was refused for where it starts.
+    rig.done(&Request::Store);
+    assert_eq!(rig.upload(&trajectory()), Response::Done);
+    rig.done(&Request::Arm);
+    rig.tick(10);
+    let tag = Outline::of(&trajectory()).tag();
+    assert_eq!(begun(&mut rig, &trajectory()), 0);
+    let values = block_bytes(&trajectory(), 0);
+    rig.ask(&Request::UploadBlock(Block {
+        tag,
+        block: 0,
+        values: &values,
+    }));
+    assert_eq!(begun(&mut rig, &trajectory()), 1);
+    let elsewhere = changed(&limits(), |(_, _, quantity, _), value| {
+        value + f64::from(quantity == 0)
+    });
+    rig.store.put(&elsewhere).unwrap();
+    let load = Request::Load {
+        content_hash: elsewhere.header().content_hash,
+    };
+    assert!(matches!(
+        rig.ask(&load),
+        Response::Denied(Denial::Executor(Refusal::Rejected(_)))
+    ));
+    assert_eq!(begun(&mut rig, &trajectory()), 0);
+}
+
+/// Begins an upload; the blocks that have arrived.
+fn begun(rig: &mut Rig, trajectory: &Trajectory) -> u32 {
+    match rig.ask(&Request::UploadBegin(Outline::of(trajectory))) {
+        Response::Upload(arrived) => arrived.bits,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A move that stays where it is.
+fn still(id: u32, position_rad: [f64; 2]) -> Trajectory {
+    let mut builder = TrajectoryBuilder::new(id, &limits());
+    let [first, second] = position_rad;
+    let rows: Vec<f64> = (0..9)
+        .flat_map(|_| [first, second, 0.0, 0.0, 0.0, 0.0])
+        .collect();
+    for _ in 0..5 {
+        builder.interval(10_000, 8, &rows).unwrap();
+    }
+    builder.finish().unwrap()
+}
+
 #[test]
 fn a_stored_move_is_there_after_a_restart() {
     let mut rig = Rig::new();
@@ -280,14 +355,7 @@ fn a_full_store_is_named() {
     let mut refused = None;
     // Names 0, 1, 2 …: the test's flash holds a few of them.
     for id in 0..10 {
-        let mut builder = stillpoint_shared::TrajectoryBuilder::new(id, &limits());
-        let still: Vec<f64> = (0..9)
-            .flat_map(|_| [0.25, -1.0, 0.0, 0.0, 0.0, 0.0])
-            .collect();
-        for _ in 0..5 {
-            builder.interval(10_000, 8, &still).unwrap();
-        }
-        assert_eq!(rig.upload(&builder.finish().unwrap()), Response::Done);
+        assert_eq!(rig.upload(&still(id, [0.25, -1.0])), Response::Done);
         let response = rig.ask(&Request::Store);
         if response != Response::Done {
             refused = Some(response);
@@ -411,56 +479,43 @@ fn the_configuration_is_changed_and_kept() {
 fn drives_are_configured_and_kept() {
     let mut rig = Rig::new();
     assert_eq!(rig.ask(&Request::GetDrives), Response::Drives(None));
-    rig.done(&Request::SetDrives(drives()));
+    rig.done(&set_drives(&[drive(1), drive(2)]));
+    let kept = DriveConfig::new(BusConfig::default(), &[drive(1), drive(2)]).unwrap();
+    let kept = Response::Drives(Some(kept));
     let mut rig = rig.restarted();
+    assert_eq!(rig.ask(&Request::GetDrives), kept);
+
+    let one = rig.ask(&set_drives(&[drive(1)]));
     assert_eq!(
-        rig.ask(&Request::GetDrives),
-        Response::Drives(Some(drives()))
+        one,
+        Response::Denied(Denial::DriveAxes { given: 1, board: 2 })
     );
-    let refused = |rig: &mut Rig, change: fn(&mut DriveConfig)| {
-        let mut drives = drives();
-        change(&mut drives);
-        match rig.ask(&Request::SetDrives(drives)) {
-            Response::Denied(Denial::Drives(error)) => error,
-            other => panic!("{other:?}"),
-        }
-    };
-    use DriveConfigError::{Axes, CountsPerRad, Node, RatedTorque, SameNode};
+    let same = rig.ask(&set_drives(&[drive(1), drive(1)]));
     assert_eq!(
-        refused(&mut rig, |d| d.axes.truncate(1)),
-        Axes { given: 1, board: 2 }
-    );
-    for node in [0, 128, 255] {
-        let mut drives = drives();
-        drives.axes[1].node = node;
-        assert_eq!(drives.check(2), Err(Node { axis: 1, node }));
-    }
-    assert_eq!(
-        refused(&mut rig, |d| d.axes[1].node = 1),
-        SameNode {
+        same,
+        Response::Denied(Denial::Drives(DriveConfigError::NodeTwice {
             axis: 0,
             bus: 0,
             node: 1
-        }
+        }))
     );
-    assert_eq!(
-        refused(&mut rig, |d| d.axes[0].counts_per_rad = 0.0),
-        CountsPerRad {
-            axis: 0,
-            counts: 0.0
-        }
-    );
-    assert_eq!(
-        refused(&mut rig, |d| d.axes[1].rated_torque_nm = -1.0),
-        RatedTorque {
-            axis: 1,
-            torque_nm: -1.0
-        }
-    );
-    assert_eq!(
-        rig.ask(&Request::GetDrives),
-        Response::Drives(Some(drives()))
-    );
+    // Possible as such, but no multiple of the board's tick of 250 µs.
+    let bus = BusConfig {
+        period_us: 2_100,
+        ..BusConfig::default()
+    };
+    let axes = [drive(1), drive(2)].into_iter().collect();
+    assert!(matches!(
+        rig.ask(&Request::SetDrives { bus, axes }),
+        Response::Denied(Denial::Drives(DriveConfigError::NotTicks { .. }))
+    ));
+    rig.upload(&trajectory());
+    rig.done(&Request::Arm);
+    assert!(matches!(
+        rig.ask(&set_drives(&[drive(3), drive(4)])),
+        Response::Denied(Denial::Executor(Refusal::WrongState { .. }))
+    ));
+    assert_eq!(rig.ask(&Request::GetDrives), kept);
 }
 
 #[test]

@@ -8,7 +8,8 @@ use common::{axis_limits, limits, trajectory};
 use flash::{CutFlash, Random};
 use stillpoint_firmware::store::flash::{Flash, RamFlash};
 use stillpoint_firmware::store::{Layout, Store};
-use stillpoint_shared::protocol::{AxisDrive, DriveConfig, StoreError};
+use stillpoint_shared::drive_config::{AxisDrive, BusConfig, DriveConfig, Mapping};
+use stillpoint_shared::protocol::StoreError;
 use stillpoint_shared::trajectory::MAX_ENCODED_BYTES;
 use stillpoint_shared::{AxisLimits, Limits, Trajectory, TrajectoryBuilder};
 
@@ -40,14 +41,18 @@ fn drives(node: u8) -> DriveConfig {
     let drive = AxisDrive {
         bus: 0,
         node,
-        counts_per_rad: -1e5,
-        zero_counts: 7,
-        rated_torque_nm: 12.0,
+        counts_per_turn: 1e6,
+        reversed: true,
+        home_counts: -3,
+        home_rad: 0.5,
+        gear_ratio: 33.0,
+        rated_torque_nm: 1.27,
+        torque_limit_permille: 3_000,
+        mapping: Mapping::Write,
+        tells_following: true,
     };
     let axes = [drive, AxisDrive { bus: 1, ..drive }];
-    DriveConfig {
-        axes: axes.into_iter().collect(),
-    }
+    DriveConfig::new(BusConfig::default(), &axes).unwrap()
 }
 
 fn limits_of(torque_nm: f32) -> Limits {

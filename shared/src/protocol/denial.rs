@@ -4,9 +4,9 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{DriveConfigError, StoreError};
-use crate::LimitsError;
+use super::StoreError;
 use crate::status::Refusal;
+use crate::{DriveConfigError, LimitsError};
 
 /// Why a request was refused; nothing has changed then.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -38,6 +38,13 @@ pub enum Denial {
     Limits(LimitsError),
     /// The configuration of the drives is impossible.
     Drives(DriveConfigError),
+    /// The configuration of the drives is of another number of axes than the board has.
+    DriveAxes {
+        /// Axes given.
+        given: u8,
+        /// Axes of the board.
+        board: u8,
+    },
     /// The store refuses.
     Store(StoreError),
     /// There are fewer samples in the fault record.
@@ -83,6 +90,10 @@ impl fmt::Display for Denial {
             Self::Executor(refusal) => refusal.fmt(f),
             Self::Limits(error) => error.fmt(f),
             Self::Drives(error) => error.fmt(f),
+            Self::DriveAxes { given, board } => write!(
+                f,
+                "drives of {given} axes were given, the board has {board}: give one per axis"
+            ),
             Self::Store(error) => error.fmt(f),
             Self::FaultSample { first, samples } => write!(
                 f,

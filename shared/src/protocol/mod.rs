@@ -74,7 +74,6 @@
 pub mod frame;
 
 mod denial;
-mod drives;
 mod fault;
 mod hello;
 mod request;
@@ -87,7 +86,6 @@ use core::ops::RangeInclusive;
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 pub use denial::Denial;
-pub use drives::{AxisDrive, DriveConfig, DriveConfigError};
 pub use fault::{FaultAxis, FaultHead, FaultSample, MAX_FAULT_SAMPLES};
 pub use frame::{Envelope, FrameDecoder, FrameError, MAX_FRAME_BYTES};
 pub use hello::{Capacities, Greeting, Hello, Identity, MAX_STORED, Versions};

@@ -3,11 +3,11 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use super::{DriveConfig, Hello, TelemetryConfig};
+use super::{Hello, TelemetryConfig};
 use crate::assembly::Outline;
 use crate::config::Config;
 use crate::status::StartRequest;
-use crate::{AxisLimits, MAX_AXES};
+use crate::{AxisDrive, AxisLimits, BusConfig, MAX_AXES};
 
 /// A request; the table in the [module header](super) says what each means.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -83,7 +83,12 @@ pub enum Request<'a> {
     GetDrives,
     /// Changes the configuration of the drives, kept over a loss of power and in force from the next
     /// start of the board on.
-    SetDrives(DriveConfig),
+    SetDrives {
+        /// What all drives have in common.
+        bus: BusConfig,
+        /// The drives, axis by axis.
+        axes: Vec<AxisDrive, MAX_AXES>,
+    },
     /// Asks for the head of the fault record.
     GetFault,
     /// Asks for samples of the fault record.

@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::fault::MAX_FAULT_SAMPLES;
 use super::hello::MAX_STORED;
-use super::{Denial, DriveConfig, FaultHead, FaultSample, Identity, Telemetry};
+use super::{Denial, FaultHead, FaultSample, Identity, Telemetry};
 use crate::assembly::Arrived;
 use crate::config::Config;
 use crate::status::{Fault, HoldReason, LimitFlags, State};
-use crate::{Limits, MAX_AXES};
+use crate::{DriveConfig, Limits, MAX_AXES};
 
 /// Anything the board sends.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
