@@ -13,6 +13,7 @@
 #![deny(missing_docs)]
 
 pub mod accept;
+pub mod cia402;
 pub mod command;
 pub mod config;
 pub mod drive;
@@ -24,6 +25,7 @@ pub mod monitor;
 pub mod rejection;
 pub mod safety_io;
 
+pub use cia402::Cia402Group;
 pub use command::{Command, Refusal, State};
 pub use config::{Config, ConfigError};
 pub use drive::{DriveGroup, DriveStatus, Feedback, Setpoint};
