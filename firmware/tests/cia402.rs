@@ -277,6 +277,40 @@ fn torque_and_position_that_do_not_fit_are_cut_and_counted() {
         assert_eq!(rig.drive(0, |drive| drive.torque_offset), 0);
     }
     assert_eq!(counters(&rig), (true, true));
+
+    // After the axis was pushed, the target before is no longer that of the motion.
+    rig.off_for_ms(10);
+    rig.drive(0, |drive| drive.push(-500));
+    rig.enable();
+    let nowhere = Setpoint {
+        position_rad: f32::NAN,
+        ..stands
+    };
+    run(&mut rig, nowhere);
+    assert_eq!(rig.drive(0, |drive| drive.counts()), target - 500);
+}
+
+#[test]
+fn a_drive_that_does_not_tell_whether_it_follows_can_be_used() {
+    let axis = AxisDrive {
+        tells_following: false,
+        ..axis_drive(0, 5)
+    };
+    let mut rig = Rig::<1, 1>::new(every(2_000), [axis]);
+    rig.laws[0].tells_following = false;
+    rig.drive(0, |drive| drive.traits.tells_following = false);
+    rig.bring_up();
+    rig.enable();
+    rig.drive(0, |drive| drive.dictionary.set(0x6061, 0, 1));
+    let mut feedback = rig.exchange_where_they_stand();
+    for _ in 0..40 {
+        feedback = rig.exchange_where_they_stand();
+    }
+    assert_eq!(
+        feedback[0].status,
+        DriveStatus::Disabled,
+        "in another mode it does not follow"
+    );
 }
 
 #[test]

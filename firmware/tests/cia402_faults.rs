@@ -4,11 +4,11 @@
 mod cia402_sim;
 
 use cia402_sim::drive::{Drive, Pds};
-use cia402_sim::wire::{Fate, Raw};
+use cia402_sim::wire::{Fate, Raw, TestFrame};
 use cia402_sim::{
     Rig, START_COUNTS, TICK_US, axis_drive, every, one, three_on_one_bus, three_on_two_buses,
 };
-use stillpoint_firmware::cia402::{NmtState, Stage, Trouble};
+use stillpoint_firmware::cia402::{CanFrame, NmtState, Stage, Trouble};
 use stillpoint_firmware::{DriveStatus, Feedback};
 use stillpoint_shared::drive_config::{AxisDrive, BusConfig, Mapping};
 use stillpoint_shared::drive_error;
@@ -108,8 +108,24 @@ fn a_reset_is_one_edge_per_request_and_none_if_the_cause_is_still_there() {
         Pds::Fault,
         "no reset by itself"
     );
+    rig.drive(0, |drive| drive.traits.cause_persists = true);
     rig.request_fault_reset();
-    assert_eq!(statuses(rig.off_for_ms(20)), [DriveStatus::Disabled]);
+    rig.off_for_ms(20);
+    rig.drive(0, |drive| drive.traits.cause_persists = false);
+    rig.request_fault_reset();
+    assert_eq!(
+        statuses(rig.off_for_ms(20)),
+        [DriveStatus::Disabled],
+        "a second edge"
+    );
+
+    rig.drive(0, |drive| drive.fail(0x4310));
+    rig.off_for_ms(300);
+    assert_eq!(
+        rig.drive(0, |drive| drive.state),
+        Pds::Fault,
+        "the next fault needs the next request"
+    );
 }
 
 #[test]
@@ -179,6 +195,25 @@ fn the_code_is_read_if_the_emergency_message_is_lost() {
     assert_eq!(code, drive_error::GENERIC);
     rig.safe();
     assert_eq!(statuses(rig.off_for_ms(20)), [fault(0x8611)]);
+
+    // So is that of the next fault.
+    rig.request_fault_reset();
+    rig.off_for_ms(20);
+    assert_eq!(rig.report(0).error_code, 0);
+    rig.drive(0, |drive| drive.fail(0x2310));
+    assert_eq!(statuses(rig.off_for_ms(20)), [fault(0x2310)]);
+
+    // A drive that has none is asked once.
+    rig.request_fault_reset();
+    rig.off_for_ms(20);
+    rig.drive(0, |drive| {
+        drive.dictionary.lacks(0x603f);
+        drive.fail(0x2310);
+    });
+    let asked = |rig: &Rig<1, 1>| rig.taken().iter().filter(|frame| frame.id == 0x605).count();
+    let before = asked(&rig);
+    assert_eq!(statuses(rig.off_for_ms(500)), [fault(drive_error::GENERIC)]);
+    assert_eq!(asked(&rig), before + 1);
 }
 
 #[test]
@@ -193,11 +228,14 @@ fn warnings_are_no_faults_and_do_not_hide_the_next_cause() {
     let feedback = rig.move_for_ms(10, 1e-6);
     assert_eq!(statuses(feedback), [DriveStatus::Enabled]);
     assert_eq!(rig.report(0).error_code, 0x8120);
-    rig.drive(0, |drive| {
-        drive.fail(0x2320);
-        drive.fail(0x3220);
-    });
+    rig.drive(0, |drive| drive.fail(0x2320));
     assert_eq!(ticks_to_fault(&mut rig, 0).1, 0x2320);
+    rig.safe();
+    rig.drive(0, |drive| {
+        let consequence = [0x20, 0x32, 0x05, 0, 0, 0, 0, 0];
+        drive.outgoing.push_back(Raw::new(0x085, &consequence));
+    });
+    assert_eq!(statuses(rig.off_for_ms(20)), [fault(0x2320)]);
 }
 
 #[test]
@@ -214,6 +252,8 @@ fn a_drive_without_heartbeat_is_lost_and_is_set_up_anew_only_on_request() {
         rig.report(2).trouble,
         Some(Trouble::HeartbeatLost { timeout_ms: 150 })
     );
+    // Set-points that go on do not move it.
+    rig.move_for_ms(5, 1e-6);
     rig.safe();
     rig.drive(2, |drive| drive.traits.sends_heartbeats = true);
     assert_eq!(statuses(rig.off_for_ms(500))[2], fault(0x8130));
@@ -235,6 +275,7 @@ fn a_drive_that_starts_anew_is_not_used_as_if_nothing_had_been() {
     });
     assert_eq!(ticks_to_fault(&mut rig, 0).1, 0x8130);
     assert_eq!(rig.report(0).trouble, Some(Trouble::Restarted));
+    rig.move_for_ms(5, 1e-6);
     rig.safe();
     rig.off_for_ms(100);
     rig.request_fault_reset();
@@ -247,6 +288,57 @@ fn a_drive_that_starts_anew_is_not_used_as_if_nothing_had_been() {
     rig.bring_up();
     rig.enable();
     assert_eq!(rig.drive(0, |drive| drive.counts()), START_COUNTS + 5_000);
+}
+
+#[test]
+fn a_drive_that_starts_anew_while_it_is_set_up_is_set_up_from_the_beginning() {
+    for at_ms in (21..240).step_by(10) {
+        for boot_up_is_lost in [false, true] {
+            let mut rig = one();
+            rig.off_for_ms(at_ms);
+            rig.fates(move |frame, _| match frame.id {
+                0x705 if boot_up_is_lost && frame.data() == [0] => Fate::Lost,
+                _ => Fate::Arrives,
+            });
+            if rig.report(0).stage == Stage::Operational {
+                continue;
+            }
+            rig.drive(0, |drive| {
+                if boot_up_is_lost {
+                    // Longer than three requests wait for their answers.
+                    drive.traits.boot_us = 400_000;
+                }
+                drive.power_off();
+                drive.power_on();
+            });
+            rig.bring_up();
+            rig.enable();
+        }
+    }
+}
+
+#[test]
+fn answers_to_other_requests_are_none_to_this_one() {
+    let mut rig = one();
+    for _ in 0..4_000 {
+        rig.drive(0, |drive| {
+            // Refused, and written, for objects that were not asked for.
+            for (command, index) in [(0x80, 0x2000u16), (0x60, 0x6040), (0x4f, 0x6041)] {
+                let [low, high] = index.to_le_bytes();
+                let answer = [command, low, high, 9, 0, 0, 2, 6];
+                drive.outgoing.push_back(Raw::new(0x585, &answer));
+            }
+        });
+        for _ in 0..3 {
+            let _ = rig.off();
+        }
+        if rig.report(0).stage == Stage::Operational {
+            rig.off_for_ms(5);
+            rig.enable();
+            return;
+        }
+    }
+    panic!("{}", rig.report(0));
 }
 
 #[test]
@@ -466,6 +558,15 @@ fn a_silent_axis_is_switched_off_while_the_others_go_on() {
         ]
     );
     assert_eq!(rig.drive(1, |drive| drive.state), Pds::SwitchOnDisabled);
+
+    // It does not come back by itself if that lasts.
+    rig.off_for_ms(600);
+    rig.drive(1, |drive| drive.traits.sends_feedback = true);
+    assert_eq!(statuses(rig.off_for_ms(100))[1], fault(0x8130));
+    assert_eq!(rig.report(1).trouble, Some(Trouble::NoFeedback));
+    rig.request_fault_reset();
+    rig.bring_up();
+    rig.enable();
 }
 
 #[test]
@@ -493,38 +594,42 @@ fn a_cut_wire_is_told_within_two_cycles_and_healed() {
     rig.enable();
 }
 
+/// Makes safe so many ticks after the motion, and waits until the torque is off.
+fn switched_off<const N: usize>(extra_ticks: u16) {
+    let axes = std::array::from_fn(|axis| axis_drive(0, axis as u8 + 1));
+    let mut rig = Rig::<N, 1>::new(every(2_000), axes);
+    rig.bring_up();
+    rig.enable();
+    rig.move_for_ms(20, 1e-6);
+    for _ in 0..extra_ticks {
+        rig.exchange_where_they_stand();
+    }
+    let taken = rig.taken().len();
+    rig.safe();
+    let since_us = rig.now_us;
+    while rig.drives(|drive| drive.state) != [Pds::SwitchOnDisabled; N] {
+        rig.off().unwrap();
+    }
+    let cycle = rig.group.cycle();
+    // And the tick in which it is seen here, SYNC and a frame that had begun.
+    let most_ticks = u64::from(cycle.lead_ticks + cycle.lead_ticks.max(cycle.reply_ticks)) + 1;
+    let ticks = (rig.now_us - since_us) / TICK_US;
+    assert!(
+        ticks <= most_ticks,
+        "{ticks} of {most_ticks} ticks, {extra_ticks} on"
+    );
+    for node in 1..=N as u16 {
+        let mut later = rig.taken()[taken..].to_vec().into_iter();
+        let first = later.find(|frame| frame.id == 0x200 + node);
+        assert_eq!(first.unwrap().data()[..2], [0, 0], "the very next frame");
+    }
+}
+
 #[test]
 fn safe_takes_the_torque_away_in_less_than_a_cycle_from_any_tick() {
-    // At every phase of the bus cycle.
     for extra_ticks in 0..9 {
-        let mut rig = three_on_one_bus();
-        rig.bring_up();
-        rig.enable();
-        rig.move_for_ms(20, 1e-6);
-        for _ in 0..extra_ticks {
-            rig.exchange_where_they_stand();
-        }
-        let taken = rig.taken().len();
-        rig.safe();
-        let since_us = rig.now_us;
-        while rig.drives(|drive| drive.state) != [Pds::SwitchOnDisabled; 3] {
-            rig.off().unwrap();
-        }
-        let cycle = rig.group.cycle();
-        // And the tick in which it is seen here, SYNC and a frame that had begun.
-        let most_ticks = u64::from(cycle.lead_ticks + cycle.lead_ticks.max(cycle.reply_ticks)) + 1;
-        let ticks = (rig.now_us - since_us) / TICK_US;
-        assert!(
-            ticks <= most_ticks,
-            "{ticks} of {most_ticks} ticks, {extra_ticks}"
-        );
-        for node in 1..=3 {
-            let first = rig.taken()[taken..]
-                .iter()
-                .copied()
-                .find(|frame| frame.id == 0x200 + node);
-            assert_eq!(first.unwrap().data()[..2], [0, 0], "the very next frame");
-        }
+        switched_off::<3>(extra_ticks);
+        switched_off::<5>(extra_ticks);
     }
 }
 
@@ -548,8 +653,11 @@ fn frames_of_others_and_an_overrun_do_nothing_but_count() {
     let traffic = rig.group.traffic(0).unwrap();
     assert_eq!((traffic.foreign, traffic.overruns), (8, 0));
 
+    for remote in [false, true] {
+        assert_eq!(CanFrame::received(&TestFrame::foreign(remote)), None);
+    }
+
     // Nobody fetches for 20 ms.
-    rig.wires[0].borrow_mut().advance(rig.now_us);
     for _ in 0..80 {
         rig.now_us += TICK_US;
         rig.wires[0].borrow_mut().advance(rig.now_us);

@@ -72,6 +72,16 @@ fn no_kind_of_message_is_indispensable() {
                 }
                 for axis in rig.exchange(&setpoints).unwrap() {
                     assert_eq!(axis.status, DriveStatus::Enabled, "{kind:?} {fate:?}");
+                    let speed = axis.velocity_rad_per_s;
+                    // 4 mrad/s in increments of 1 mrad/s; what was lost or late is made up for,
+                    // and what overtakes goes back.
+                    let most = if fate == Fate::Twice { 0.006 } else { 0.1 };
+                    let least = if matches!(fate, Fate::Late(_)) {
+                        -0.1
+                    } else {
+                        -1e-3
+                    };
+                    assert!((least..=most).contains(&speed), "{kind:?} {fate:?} {speed}");
                     oldest_ticks = oldest_ticks.max(axis.age_ticks);
                 }
             }

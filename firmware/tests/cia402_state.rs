@@ -135,6 +135,15 @@ fn a_drive_goes_through_every_transition_and_is_brought_back() {
         assert_eq!(feedback[0].status, DriveStatus::Enabled, "{commands:?}");
         assert_eq!(rig.drive(0, |drive| drive.counts()), before, "no jump");
     }
+    // A drive that stays in Quick stop active when it stands.
+    rig.drive(0, |drive| {
+        drive.traits.stays_in_quick_stop = true;
+        drive.command(0x02);
+    });
+    for _ in 0..400 {
+        rig.exchange_where_they_stand();
+    }
+    assert_eq!(rig.drive(0, |drive| drive.state), Pds::OperationEnabled);
     // Out of a quick stop straight back, as a drive may do it.
     rig.drive(0, |drive| {
         drive.traits.resumes = true;

@@ -172,7 +172,6 @@ impl Axis {
         let asked = self.client.pending();
         if let Some(answer) = self.client.tick(self.times.sdo_ticks) {
             self.silent_at = asked;
-            self.outbox.sdo = None;
             self.answered(answer);
         }
         if self.trouble.is_some() {
@@ -295,6 +294,13 @@ impl Axis {
         }
     }
 
+    /// Whether a drive is in the mode, was heard of lately, and is in no trouble.
+    fn is_usable(&self, measured: &Measured) -> bool {
+        self.trouble.is_none()
+            && measured.age_ticks <= self.times.oldest_ticks
+            && measured.in_mode()
+    }
+
     /// The message of this bus cycle: controlword (6040h), target position (607Ah), torque offset
     /// (60B2h); `wanted` is none while the drives are to be off. `None` if the drive has not said
     /// yet where it stands.
@@ -303,10 +309,7 @@ impl Axis {
     /// told to stay where it was measured, without torque offset.
     pub(super) fn message(&mut self, wanted: Option<&Setpoint>) -> Option<[u8; 8]> {
         let measured = self.measured?;
-        let usable = self.stage == Stage::Operational
-            && self.trouble.is_none()
-            && measured.age_ticks <= self.times.oldest_ticks
-            && measured.in_mode();
+        let usable = self.is_usable(&measured);
         let (target_counts, torque_permille) = match wanted {
             Some(setpoint) if usable && measured.follows(self.drive.tells_following) => {
                 self.target.follow(setpoint)
@@ -349,9 +352,7 @@ impl Axis {
                 code: self.error.of_fault(),
             },
             Some(measured)
-                if self.stage == Stage::Operational
-                    && measured.age_ticks <= self.times.oldest_ticks
-                    && measured.follows(self.drive.tells_following) =>
+                if self.is_usable(measured) && measured.follows(self.drive.tells_following) =>
             {
                 DriveStatus::Enabled
             }

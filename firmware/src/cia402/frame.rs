@@ -61,9 +61,7 @@ impl CanFrame {
             HEARTBEAT => Service::Heartbeat,
             _ => return None,
         };
-        let node = (self.id & 0x7f) as u8;
-        // Node 0 of the emergencies is SYNC.
-        (node != 0).then_some((service, node))
+        Some((service, (self.id & 0x7f) as u8))
     }
 }
 

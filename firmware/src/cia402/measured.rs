@@ -83,10 +83,10 @@ impl Measured {
         self.message.mode == CYCLIC_SYNCHRONOUS_POSITION
     }
 
-    /// Whether the drive follows its set-points: it is enabled, in the mode, and, where it tells,
-    /// says so (bit 12).
+    /// Whether a drive in the mode follows its set-points: it is enabled and, where it tells, says
+    /// so (bit 12).
     pub(super) fn follows(&self, tells_following: bool) -> bool {
         let told = !tells_following || self.message.statusword & 1 << 12 != 0;
-        self.state == Some(DriveState::OperationEnabled) && self.in_mode() && told
+        self.state == Some(DriveState::OperationEnabled) && told
     }
 }

@@ -41,7 +41,7 @@ pub enum NmtState {
 impl NmtState {
     /// State in a heartbeat's only byte.
     pub(super) const fn from_heartbeat(byte: u8) -> Self {
-        match byte & 0x7f {
+        match byte {
             0x00 => Self::BootUp,
             0x04 => Self::Stopped,
             0x05 => Self::Operational,

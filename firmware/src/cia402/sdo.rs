@@ -111,8 +111,8 @@ impl Client {
         let value = u32::from_le_bytes([b4, b5, b6, b7]);
         let answer = match (command, read) {
             (0x60, false) => Answer::Written,
-            // Without a size, all four bytes count.
-            (0x43 | 0x42, true) => Answer::Read(value),
+            // What is beyond the size need not be 0.
+            (0x43, true) => Answer::Read(value),
             (0x47, true) => Answer::Read(value & 0xff_ffff),
             (0x4b, true) => Answer::Read(value & 0xffff),
             (0x4f, true) => Answer::Read(value & 0xff),

@@ -106,11 +106,10 @@ impl<B: Buses> Round<'_, B> {
         }
     }
 
-    /// Lets a displaced frame wait again, unless a newer one of its kind does.
+    /// Lets a displaced frame wait again, unless a newer one of its kind does. SYNC and network
+    /// management are too urgent to be displaced.
     fn restore(&mut self, frame: &CanFrame) {
-        if frame.id() == frame::SYNC {
-            self.line.sync_waits = true;
-        } else if frame.id() == frame::HEARTBEAT + u16::from(self.controller_node) {
+        if frame.id() == frame::HEARTBEAT + u16::from(self.controller_node) {
             self.line.heartbeat_waits = true;
         }
         let data = <[u8; 8]>::try_from(frame.data());

@@ -141,6 +141,8 @@ impl Dictionary {
             (0x40, _) => self.entry(index, *sub).map(|entry| {
                 answer[0] = 0x43 | (4 - entry.bytes) << 2;
                 answer[4..].copy_from_slice(&entry.value.to_le_bytes());
+                // What is beyond the size is undefined.
+                answer[4 + usize::from(entry.bytes)..].fill(0xee);
                 None
             }),
             (0x23 | 0x27 | 0x2b | 0x2f, Ok(value)) => {

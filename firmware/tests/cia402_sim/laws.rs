@@ -17,8 +17,9 @@ struct Told {
 
 impl Told {
     /// Operation enabled, in mode 8, following.
-    fn confirms(&self) -> bool {
-        self.statusword & 0x6f == 0x27 && self.mode == 8 && self.statusword & 1 << 12 != 0
+    fn confirms(&self, tells_following: bool) -> bool {
+        let follows = !tells_following || self.statusword & 1 << 12 != 0;
+        self.statusword & 0x6f == 0x27 && self.mode == 8 && follows
     }
 
     fn is_fault(&self) -> bool {
@@ -38,8 +39,10 @@ pub(crate) enum Call {
 }
 
 /// Watches one wire.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Laws {
+    /// Whether the drives tell in bit 12 that they follow.
+    pub(crate) tells_following: bool,
     seen_taken: usize,
     seen_fetched: usize,
     told: BTreeMap<u16, Vec<Told>>,
@@ -50,6 +53,21 @@ pub(crate) struct Laws {
     pub(crate) requests: usize,
     /// Messages with set-points that were checked.
     pub(crate) checked: usize,
+}
+
+impl Default for Laws {
+    fn default() -> Self {
+        Self {
+            tells_following: true,
+            seen_taken: 0,
+            seen_fetched: 0,
+            told: BTreeMap::new(),
+            last_controlword: BTreeMap::new(),
+            edges: BTreeMap::new(),
+            requests: 0,
+            checked: 0,
+        }
+    }
 }
 
 impl Laws {
@@ -100,8 +118,15 @@ impl Laws {
         assert!(!recent.is_empty(), "no set-point to a drive never heard of");
         let stays = torque == 0 && recent.iter().any(|told| told.counts == target);
         assert!(
-            stays || recent.iter().any(Told::confirms),
+            stays
+                || recent
+                    .iter()
+                    .any(|told| told.confirms(self.tells_following)),
             "node {node}: motion to {target} without confirmation, {recent:?}"
+        );
+        assert!(
+            stays || controlword == 0x0f,
+            "node {node}: motion to {target}, told {controlword:#x}"
         );
         if recent.iter().all(Told::is_fault) {
             assert!(
