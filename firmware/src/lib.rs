@@ -14,6 +14,7 @@
 
 pub mod accept;
 mod buffers;
+pub mod cia402;
 mod comms;
 pub mod drive;
 pub mod executor;
@@ -31,6 +32,7 @@ pub mod safety_io;
 mod slot;
 pub mod store;
 
+pub use cia402::Cia402Group;
 pub use drive::{DriveGroup, DriveStatus, Feedback, Setpoint};
 pub use executor::{Executor, TickReport};
 pub use ideal::IdealDrives;
