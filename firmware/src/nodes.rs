@@ -57,6 +57,6 @@ pub(crate) fn channel(
     coefficients
         .iter()
         .skip(quantity as usize * axes + axis)
-        .step_by(QUANTITIES * axes)
+        .step_by((QUANTITIES * axes).max(1))
         .copied()
 }

@@ -1,6 +1,6 @@
 //! What each request does.
 
-use heapless::String;
+use heapless::{String, Vec};
 use stillpoint_shared::Limits;
 use stillpoint_shared::drive_config::{Cycle, DriveConfig};
 use stillpoint_shared::protocol::{
@@ -28,7 +28,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
     {
         let capacities = Capacities::new(WINDOW, self.store.bytes() as u32);
         let stored = self.store.moves().map(|stored| stored.content_hash);
-        let stored = stored.collect();
+        let stored = gathered(stored);
         self.machine.with(|machine| Identity {
             greeting: Greeting {
                 versions: Versions::OWN,
@@ -68,7 +68,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
                 Response::Upload(arrived?)
             }
             Request::UploadProgress => Response::Upload(self.machine.with(|m| m.arrived())),
-            Request::List => Response::Stored(self.store.moves().collect()),
+            Request::List => Response::Stored(gathered(self.store.moves())),
             Request::GetLimits => Response::Limits(self.machine.with(|m| m.configuration())?.0),
             Request::GetConfig => Response::Config(self.machine.with(|m| m.configuration())?.1),
             Request::GetDrives => Response::Drives(self.store.drives()),
@@ -87,6 +87,15 @@ impl<M, F: Flash> Reach<'_, M, F> {
         })
     }
 
+    /// Whether the executor takes a command, as far as its state says.
+    fn allow<const AXES: usize>(&mut self, command: Command) -> Result<(), Refusal>
+    where
+        M: Access<AXES>,
+    {
+        self.machine
+            .with(|machine| machine.executor.allows(command))
+    }
+
     /// Obeys an order.
     pub(super) fn obey<const AXES: usize>(
         &mut self,
@@ -103,10 +112,13 @@ impl<M, F: Flash> Reach<'_, M, F> {
                     .with(|m| m.executor.begin_load(outline).map(|()| m.arrived()));
                 return Ok(Outcome::Upload(begun?));
             }
-            Request::UploadCommit { content_hash } => self.machine.with(|m| {
-                let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
-                m.executor.commit_load(content_hash, &measured_rad)
-            })?,
+            Request::UploadCommit { content_hash } => {
+                self.allow(Command::CommitLoad)?;
+                self.machine.at_rest(|m| {
+                    let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
+                    m.executor.commit_load(content_hash, &measured_rad)
+                })?;
+            }
             Request::UploadAbort => self.machine.with(|m| m.executor.abort_load()),
             Request::Arm => self.machine.with(|m| m.executor.arm())?,
             Request::Disarm => self.machine.with(|m| m.executor.disarm())?,
@@ -119,22 +131,21 @@ impl<M, F: Flash> Reach<'_, M, F> {
             Request::QuickStop => self.machine.with(|m| m.executor.quick_stop()),
             Request::Clear => self.machine.with(|m| m.executor.clear())?,
             Request::Store => {
-                // The drives are off, and the flash stops the drive loop anyway.
+                self.allow(Command::Store)?;
                 let store = &mut *self.store;
-                self.machine.with(|m| {
-                    m.executor.allows(Command::Store)?;
-                    Ok::<_, Denial>(store.put(m.executor.trajectory())?)
-                })?;
+                self.machine
+                    .at_rest(|m| store.put(m.executor.trajectory()))?;
             }
             Request::Load { content_hash } => {
+                self.allow(Command::Load)?;
                 let bytes = self.store.find(content_hash)?;
-                self.machine.with(|m| {
+                self.machine.at_rest(|m| {
                     let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
                     m.executor.load_encoded(bytes, &measured_rad)
                 })?;
             }
             Request::Erase { content_hash } => {
-                self.machine.with(|m| m.executor.allows(Command::Erase))?;
+                self.allow(Command::Erase)?;
                 match content_hash {
                     Some(content_hash) => self.store.delete(content_hash)?,
                     None => self.store.delete_all()?,
@@ -176,8 +187,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
                 }
                 let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
                 Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
-                self.machine
-                    .with(|m| m.executor.allows(Command::Configure))?;
+                self.allow(Command::Configure)?;
                 self.store.put_drives(&drives)?;
             }
             // The others, which do not come here.
@@ -185,6 +195,17 @@ impl<M, F: Flash> Reach<'_, M, F> {
         }
         Ok(Outcome::Done)
     }
+}
+
+/// As many as there is room for; `collect` would panic beyond.
+pub(super) fn gathered<T, const N: usize>(items: impl Iterator<Item = T>) -> Vec<T, N> {
+    let mut gathered = Vec::new();
+    for item in items {
+        if gathered.push(item).is_err() {
+            break;
+        }
+    }
+    gathered
 }
 
 /// As much of a name as fits.

@@ -9,6 +9,7 @@ use stillpoint_shared::protocol::{
 };
 
 use super::Tap;
+use super::answers::gathered;
 use crate::{
     Command, ConfigError, DriveGroup, Executor, FaultRecord, Refusal, TickInputs, TickReport,
 };
@@ -28,10 +29,17 @@ pub struct Machine<const AXES: usize> {
 ///
 /// On a board the drive loop interrupts the link, and what is done in `with` is what it has to wait
 /// for; the link does as little there as it can. Only commands that are refused during a move take
-/// longer than a fraction of a tick: the commit of an upload, loading from the store.
+/// longer than a fraction of a tick, and those go through `at_rest`: the commit of an upload, storing
+/// and loading from the store.
 pub trait Access<const AXES: usize> {
     /// Does something with the machine, undisturbed.
     fn with<R>(&mut self, act: impl FnOnce(&mut Machine<AXES>) -> R) -> R;
+
+    /// Does something that takes many ticks, with the machine at rest. A board keeps its drive loop
+    /// going meanwhile, with a [`StandIn`](crate::stand_in::StandIn).
+    fn at_rest<R>(&mut self, act: impl FnOnce(&mut Machine<AXES>) -> R) -> R {
+        self.with(act)
+    }
 }
 
 impl<const AXES: usize> Access<AXES> for Machine<AXES> {
@@ -176,9 +184,9 @@ impl<const AXES: usize> Machine<AXES> {
                 limited: sample.limited,
                 path_speed: sample.path_speed,
                 age_ticks: sample.age_ticks,
-                axes: axes.collect(),
+                axes: gathered(axes),
             }
         });
-        samples.collect()
+        gathered(samples)
     }
 }

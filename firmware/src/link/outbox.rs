@@ -30,9 +30,11 @@ impl Outbox {
 
     /// Adds a frame; false, and nothing is added, if it does not fit.
     pub(super) fn push<T: Serialize>(&mut self, envelope: Envelope, body: &T) -> bool {
-        self.bytes.copy_within(self.start..self.end, 0);
-        self.end -= self.start;
-        self.start = 0;
+        // Always so; the compiler cannot know.
+        let end = self.end.min(BYTES);
+        let start = self.start.min(end);
+        self.bytes.copy_within(start..end, 0);
+        (self.start, self.end) = (0, end - start);
         let free = self.bytes.get_mut(self.end..).unwrap_or_default();
         match frame::encode(envelope, body, free) {
             Ok(frame) => {

@@ -3,6 +3,7 @@
 use heapless::{Deque, Vec};
 use stillpoint_shared::protocol::{Channels, Telemetry, TelemetryConfig};
 
+use super::answers::gathered;
 use crate::path_time::speed_ratio;
 use crate::{Feedback, Setpoint, TickReport};
 
@@ -94,7 +95,7 @@ impl Tap {
             path_speed: speed_ratio(report.path_speed),
             channels,
             values,
-            limited: limited.into_iter().flatten().copied().collect(),
+            limited: gathered(limited.into_iter().flatten().copied()),
         });
     }
 

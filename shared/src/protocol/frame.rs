@@ -15,9 +15,9 @@
 
 use core::fmt;
 
-use cobs::{DecodeResult, DecoderState};
+use cobs::{DecodeResult, DecoderState, EncoderState, PushResult};
 use crc::{CRC_32_ISO_HDLC, Crc, Digest};
-use postcard::ser_flavors::{Cobs, Flavor, Slice};
+use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
 /// Most bytes of a payload.
@@ -99,7 +99,7 @@ impl core::error::Error for FrameError {}
 
 /// Stuffs while it serialises, and adds the check sum at the end.
 struct FrameFlavor<'b> {
-    stuffed: Cobs<Slice<'b>>,
+    stuffed: Stuffed<'b>,
     digest: Digest<'static, u32>,
     payload_bytes: usize,
 }
@@ -107,19 +107,73 @@ struct FrameFlavor<'b> {
 impl<'b> Flavor for FrameFlavor<'b> {
     type Output = &'b mut [u8];
 
+    // Once in the image, and not at each of some hundred calls.
+    #[inline(never)]
     fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
         self.payload_bytes += 1;
         if self.payload_bytes > MAX_PAYLOAD_BYTES {
             return Err(postcard::Error::SerializeBufferFull);
         }
         self.digest.update(&[byte]);
-        self.stuffed.try_push(byte)
+        let pushed = self.stuffed.push(byte);
+        pushed.ok_or(postcard::Error::SerializeBufferFull)
     }
 
     fn finalize(mut self) -> postcard::Result<&'b mut [u8]> {
-        let check_sum = self.digest.finalize();
-        self.stuffed.try_extend(&check_sum.to_le_bytes())?;
-        self.stuffed.finalize()
+        for byte in self.digest.finalize().to_le_bytes() {
+            let pushed = self.stuffed.push(byte);
+            pushed.ok_or(postcard::Error::SerializeBufferFull)?;
+        }
+        let frame = self.stuffed.finish();
+        frame.ok_or(postcard::Error::SerializeBufferFull)
+    }
+}
+
+/// COBS into a buffer; `None` where it is full. Postcard's own has assertions that the compiler
+/// cannot see through, and a board's image has no panic in it.
+struct Stuffed<'b> {
+    state: EncoderState,
+    buffer: &'b mut [u8],
+    end: usize,
+}
+
+impl<'b> Stuffed<'b> {
+    fn new(buffer: &'b mut [u8]) -> Option<Self> {
+        let mut stuffed = Self {
+            state: EncoderState::default(),
+            buffer,
+            end: 0,
+        };
+        stuffed.append(0)?;
+        Some(stuffed)
+    }
+
+    fn push(&mut self, byte: u8) -> Option<()> {
+        match self.state.push(byte) {
+            PushResult::AddSingle(byte) => self.append(byte),
+            PushResult::ModifyFromStartAndSkip((place, code)) => {
+                *self.buffer.get_mut(place)? = code;
+                self.append(0)
+            }
+            PushResult::ModifyFromStartAndPushAndSkip((place, code, byte)) => {
+                *self.buffer.get_mut(place)? = code;
+                self.append(byte)?;
+                self.append(0)
+            }
+        }
+    }
+
+    fn append(&mut self, byte: u8) -> Option<()> {
+        *self.buffer.get_mut(self.end)? = byte;
+        self.end += 1;
+        Some(())
+    }
+
+    fn finish(mut self) -> Option<&'b mut [u8]> {
+        self.append(0)?;
+        let (place, code) = self.state.finalize();
+        *self.buffer.get_mut(place)? = code;
+        self.buffer.get_mut(..self.end)
     }
 }
 
@@ -133,7 +187,7 @@ pub fn encode<'b, T: Serialize>(
         most: buffer.len().min(MAX_FRAME_BYTES),
     };
     let flavor = FrameFlavor {
-        stuffed: Cobs::try_new(Slice::new(buffer)).map_err(|_| too_long)?,
+        stuffed: Stuffed::new(buffer).ok_or(too_long)?,
         digest: CRC.digest(),
         payload_bytes: 0,
     };
