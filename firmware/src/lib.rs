@@ -13,6 +13,7 @@
 #![deny(missing_docs)]
 
 pub mod accept;
+pub mod bench;
 mod buffers;
 pub mod cia402;
 mod comms;
@@ -30,6 +31,7 @@ pub mod ramp;
 pub mod record;
 pub mod safety_io;
 mod slot;
+pub mod stand_in;
 pub mod store;
 
 pub use cia402::Cia402Group;
