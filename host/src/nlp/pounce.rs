@@ -261,16 +261,23 @@ impl TNLP for Adapter {
         } else {
             (stats.obj_value, stats.inf_pr)
         };
-        let present = usize::try_from(stats.iter).unwrap_or(0);
-        if present < self.present {
-            self.before += self.present;
-        }
-        self.present = present;
-        let number = self.before + present;
-        if number > self.max_iterations {
-            self.used_up = true;
+        if self.used_up {
             return false;
         }
+        let present = usize::try_from(stats.iter).unwrap_or(0);
+        let before = if present < self.present {
+            self.before + self.present
+        } else {
+            self.before
+        };
+        let number = before + present;
+        // A run that the solver begins by itself has to do with what is left.
+        self.used_up =
+            number > self.max_iterations || (before > 0 && number == self.max_iterations);
+        if self.used_up {
+            return false;
+        }
+        (self.before, self.present) = (before, present);
         (self.monitor)(&Iteration {
             number,
             objective,
