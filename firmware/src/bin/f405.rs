@@ -1,107 +1,239 @@
-//! The controller: an STM32F405 with servo drives on two CAN buses.
+//! The controller: an STM32F405 that commands servo drives on two CAN buses.
+//!
+//! Pins are in `board/pins.rs`. The log goes over RTT. What is stored is in the flash's last four
+//! sectors.
 #![no_std]
 #![no_main]
 
 #[path = "../board/mod.rs"]
 mod board;
 
+use board::pins;
+
+/// The crystal's frequency: 8 MHz unless the variable `STILLPOINT_CRYSTAL_MHZ` says otherwise when
+/// the image is built.
+const CRYSTAL_MHZ: u32 = match option_env!("STILLPOINT_CRYSTAL_MHZ") {
+    None => 8,
+    Some(text) => match u32::from_str_radix(text, 10) {
+        Ok(mhz) => mhz,
+        Err(_) => panic!("STILLPOINT_CRYSTAL_MHZ is no number"),
+    },
+};
+
+/// Rate of the protocol's port in bit/s.
+const BAUD: u32 = 921_600;
+
+/// The crystal has stopped: the core runs on at 16 MHz, and neither the buses nor the timing of
+/// the drive loop hold.
+#[cortex_m_rt::exception]
+unsafe fn NonMaskableInt() -> ! {
+    stop()
+}
+
+#[cortex_m_rt::exception]
+unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
+    stop()
+}
+
+#[cortex_m_rt::exception]
+unsafe fn DefaultHandler(_: i16) -> ! {
+    stop()
+}
+
+/// Takes the torque away; the watchdog resets the board.
+fn stop() -> ! {
+    loop {
+        pins::disable_drives();
+    }
+}
+
 #[rtic::app(device = stm32f4::stm32f405, peripherals = true)]
 mod app {
-    use cortex_m::peripheral::syst::SystClkSource;
-    use cortex_m::peripheral::SYST;
-    use embedded_can::nb::Can;
-    use nalgebra::SVector;
+    use cortex_m::peripheral::{DWT, SCB};
+    use heapless::spsc::{Producer, Queue};
+    use stillpoint_firmware::link::{Access, BoardInfo, Link, Machine};
     use stillpoint_firmware::safety_io::SafetyIo;
-    use stillpoint_firmware::{Config, Executor, IdealDrives};
-    use stillpoint_shared::{AxisLimits, Limits};
-    use stm32f4::stm32f405::{CAN1, CAN2};
+    use stillpoint_firmware::stand_in::StandIn;
+    use stillpoint_firmware::store::Store;
+    use stillpoint_firmware::{State, TickInputs};
+    use stillpoint_shared::DriveConfig;
+    use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
 
-    use super::board::can::Bus;
+    use super::board::can_drives::CanDrives;
+    use super::board::flash::{self, Sectors};
     use super::board::pins::{DriveEnable, StopContact};
-    use super::board::uart::{Receiver, Transmitter};
-    use super::board::watchdog::Watchdog;
-    use super::board::{build_id, can, clock, pins, uart};
-
-    const RELOAD: u32 = 168_000_000 / 4_000 - 1;
+    use super::board::serve::{AXES, Diary, Place, RECEIVED, Reach, Server};
+    use super::board::uart::{self, Receiver};
+    use super::board::watchdog::{self, Feeder};
+    use super::board::{build_id, can, clock, pins, retained, timer};
+    use super::{BAUD, CRYSTAL_MHZ};
 
     #[shared]
     struct Shared {
-        executor: Option<Executor<3>>,
+        machine: Place,
     }
 
     #[local]
     struct Local {
-        drives: IdealDrives<3>,
-        receiver: Receiver,
-        transmitter: Transmitter,
-        can: (Bus<CAN1>, Bus<CAN2>),
-        watchdog: Watchdog,
+        drives: StandIn<CanDrives, AXES>,
         safety: SafetyIo<StopContact, DriveEnable>,
+        watchdog: Feeder,
+        receiver: Receiver,
+        bytes: Producer<'static, u8>,
+        server: Server<Sectors>,
+        drive_config: Option<DriveConfig>,
     }
 
-    #[init]
+    #[init(local = [
+        machine: Machine<AXES> = Machine::unconfigured(),
+        link: Option<Link> = None,
+        store: Option<Store<Sectors>> = None,
+        byte_queue: Queue<u8, RECEIVED> = Queue::new(),
+    ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let mut core = cx.core;
-        let device = cx.device;
-        let (contact, enable) = pins::start(&device.RCC, device.GPIOB, device.GPIOC);
-        let r = clock::start::<8>(&device.RCC, &device.PWR, &device.FLASH);
-        let watchdog = Watchdog::start(device.IWDG, &device.DBGMCU);
-        core.SYST.set_clock_source(SystClkSource::Core);
-        core.SYST.set_reload(RELOAD);
-        core.SYST.clear_current();
-        core.SYST.enable_counter();
-        core.SYST.enable_interrupt();
-        let axis = AxisLimits {
-            torque_nm: 150.0,
-            torque_rate_nm_per_s: 2.0e4,
-            speed_rad_per_s: 31.415_927,
-            knee_speed_rad_per_s: 24.870_94,
-            slope_nm_s_per_rad: 22.918_312,
+        let (device, mut core) = (cx.device, cx.core);
+        let rcc = device.RCC;
+        let (contact, enable) = pins::start(&rcc, device.GPIOB, device.GPIOC);
+        // From here on a start that does not succeed ends in a reset.
+        let watchdog = watchdog::start(device.IWDG, &device.DBGMCU);
+        let info = BoardInfo {
+            board: "f405",
+            firmware: env!("CARGO_PKG_VERSION"),
+            build_id: build_id::build_id(),
+            period_ticks: DRIVE_PERIOD_TICKS,
+            start: retained::count_start(),
         };
-        let limits = Limits::new(&[axis; 3]).ok();
-        let executor = limits.and_then(|limits| Executor::new(limits, Config::default()).ok());
-        let (transmitter, receiver) = uart::start(device.USART3, clock::APB1_HZ, 1_000_000);
-        let can = can::start(&device.RCC, device.CAN1, device.CAN2);
-        defmt::info!("up, build {:x} {}", build_id::build_id(), r);
+        defmt::info!(
+            "start {}, build {=u64:016x}, reset flags {=u8:#x}",
+            info.start,
+            info.build_id,
+            clock::take_reset_flags(&rcc)
+        );
+        if let Err(error) = clock::start::<CRYSTAL_MHZ>(&rcc, &device.PWR, &device.FLASH) {
+            defmt::error!("no clock: {}", error);
+            super::stop();
+        }
+        rcc.apb1enr().modify(|_, w| w.usart3en().set_bit());
+        let (transmitter, receiver) = uart::start(device.USART3, clock::APB1_HZ, BAUD);
+        let (bytes, received) = cx.local.byte_queue.split();
+
+        let machine = cx.local.machine;
+        // SAFETY: called once.
+        let record = unsafe { retained::fault_record() };
+        record.recover();
+        machine.executor.record_into(record, info.build_id);
+        let sectors = Sectors::new(device.FLASH);
+        let link = cx.local.link.insert(Link::new(info));
+        let store = cx.local.store.insert(Store::mount(sectors, flash::LAYOUT));
+        if let Err(refusal) = link.restore(machine, store) {
+            defmt::info!("not configured: {}", refusal);
+        }
+        let drive_config = store.drives();
+        let rate = drive_config
+            .as_ref()
+            .map(|config| config.bus().bit_rate_kbit_per_s);
+        let buses = rate.and_then(|rate| can::start(&rcc, device.CAN1, device.CAN2, rate));
+        let drives = CanDrives::new(drive_config.as_ref(), buses);
+
+        core.DCB.enable_trace();
+        core.DWT.enable_cycle_counter();
+        timer::start(core.SYST);
         (
-            Shared { executor },
+            Shared {
+                machine: Some(machine),
+            },
             Local {
-                drives: IdealDrives::at(&SVector::zeros()),
-                receiver,
-                transmitter,
-                can,
-                watchdog,
+                drives: StandIn::new(drives),
                 safety: SafetyIo::new(contact, enable),
+                watchdog,
+                receiver,
+                bytes,
+                server: Server {
+                    link,
+                    store,
+                    received,
+                    transmitter,
+                },
+                drive_config,
             },
         )
     }
 
-    #[task(binds = SysTick, priority = 2, shared = [executor], local = [drives, can, watchdog, safety])]
-    fn tick(mut cx: tick::Context) {
-        cx.shared.executor.lock(|executor| {
-            if let Some(executor) = executor {
-                if !cx.local.safety.update(executor.state().is_energised()) {
-                    executor.emergency_stop();
+    /// The drive loop.
+    #[task(
+        binds = SysTick, priority = 2, shared = [machine], local = [
+            drives, safety, watchdog,
+            wanted: bool = false, busy_ticks: u32 = 0, before: u32 = 0, last: State = State::Idle,
+        ]
+    )]
+    fn tick(cx: tick::Context) {
+        let tick::LocalResources {
+            drives,
+            safety,
+            watchdog,
+            wanted,
+            busy_ticks,
+            before,
+            last,
+            ..
+        } = cx.local;
+        let now = DWT::cycle_count();
+        let mut inputs = TickInputs {
+            emergency_stop: !safety.update(*wanted),
+            busy_ticks: *busy_ticks,
+            missed_ticks: timer::missed_ticks(now.wrapping_sub(*before)),
+        };
+        *before = now;
+        let mut machine = cx.shared.machine;
+        machine.lock(|place| match place {
+            Some(machine) => {
+                drives.hand_back(&mut inputs);
+                let state = machine.tick(drives, &inputs).state;
+                *wanted = state.is_energised() && !machine.executor.is_dry_run();
+                if *last == State::Fault && state != State::Fault {
+                    drives.drives_mut().request_fault_reset();
                 }
-                let report = executor.tick(cx.local.drives);
-                if let Ok(f) = cx.local.can.0.receive() {
-                    let _ = cx.local.can.1.transmit(&f);
-                }
+                *last = state;
             }
+            None => drives.tick(&inputs),
         });
-        cx.local.watchdog.feed();
+        watchdog.feed();
+        *busy_ticks = timer::time_ticks(timer::since_due_counts());
     }
 
-    #[task(binds = USART3, priority = 3, local = [receiver])]
+    #[task(binds = USART3, priority = 3, local = [receiver, bytes])]
     fn receive(cx: receive::Context) {
-        let _ = cx.local.receiver.take();
+        if let (Some(byte), _) = cx.local.receiver.take() {
+            // What does not fit was sent against the protocol; the check sum tells.
+            let _ = cx.local.bytes.enqueue(byte);
+        }
     }
 
-    #[idle(local = [transmitter])]
+    #[idle(shared = [machine], local = [server, drive_config, diary: Diary = Diary::NEW])]
     fn idle(cx: idle::Context) -> ! {
+        let idle::LocalResources {
+            server,
+            drive_config,
+            diary,
+            ..
+        } = cx.local;
+        let mut machine = Reach(cx.shared.machine);
+        let mut requests = 0;
         loop {
-            if cx.local.transmitter.ready() {
-                cx.local.transmitter.send(7);
+            let more = server.serve(&mut machine);
+            diary.look(&mut machine);
+            if more {
+                continue;
+            }
+            let seen = server.link.counters().requests;
+            if seen != requests && server.transmitter.is_done() {
+                requests = seen;
+                // Other drives begin with a start, which is as good as at power-up: drives are
+                // configured only while they are off.
+                let is_off = machine.with(|m| !m.executor.state().is_energised());
+                if is_off && server.store.drives() != *drive_config {
+                    SCB::sys_reset();
+                }
             }
             cortex_m::asm::wfi();
         }

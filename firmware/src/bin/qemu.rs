@@ -9,13 +9,23 @@
 #[path = "../board/mod.rs"]
 mod board;
 
+#[cortex_m_rt::exception]
+unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
+    board::sink::fail()
+}
+
+#[cortex_m_rt::exception]
+unsafe fn DefaultHandler(_: i16) -> ! {
+    board::sink::fail()
+}
+
 #[rtic::app(device = stm32f4::stm32f405, peripherals = true)]
 mod app {
     use cortex_m::peripheral::SCB;
     use heapless::spsc::{Consumer, Producer, Queue};
     use nalgebra::SVector;
     use stillpoint_firmware::bench::{Action, BenchDrives, Record, TickRecord, rows};
-    use stillpoint_firmware::link::{Access, BoardInfo, Link, Machine};
+    use stillpoint_firmware::link::{BoardInfo, Link, Machine};
     use stillpoint_firmware::stand_in::StandIn;
     use stillpoint_firmware::store::Store;
     use stillpoint_firmware::{State, TickInputs};
@@ -24,9 +34,9 @@ mod app {
     use super::board::bench_port::{self, BenchReceiver, BenchTransmitter};
     use super::board::ram_flash::{self, Sectors};
     use super::board::serve::{AXES, Diary, Place, RECEIVED, Reach, Server};
-    use super::board::timer::{self, Stopwatch, Watched};
+    use super::board::stopwatch::{Stopwatch, Watched};
     use super::board::uart::{self, Receiver};
-    use super::board::{build_id, retained, stack};
+    use super::board::{build_id, retained, stack, timer};
 
     #[shared]
     struct Shared {
@@ -58,7 +68,7 @@ mod app {
             w.usart3en().set_bit();
             w.uart4en().set_bit()
         });
-        let (transmitter, receiver) = uart::start(cx.device.USART3, timer::CORE_HZ / 4, 115_200);
+        let (transmitter, receiver) = uart::start(cx.device.USART3, timer::CORE_HZ / 4, 921_600);
         let (mut bench, bench_receiver) = bench_port::start(cx.device.UART4);
         let (bytes, received) = cx.local.byte_queue.split();
         let (act, actions) = cx.local.action_queue.split();
@@ -77,7 +87,10 @@ mod app {
         record.recover();
         machine.executor.record_into(record, info.build_id);
         let link = cx.local.link.insert(Link::new(info));
-        let store = cx.local.store.insert(Store::mount(flash, ram_flash::LAYOUT));
+        let store = cx
+            .local
+            .store
+            .insert(Store::mount(flash, ram_flash::LAYOUT));
         if let Err(refusal) = link.restore(machine, store) {
             defmt::info!("not configured: {}", refusal);
         }

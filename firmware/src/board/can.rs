@@ -1,4 +1,4 @@
-//! The two CAN controllers (bxCAN, RM0090 chapter 32) at 1 Mbit/s, as `embedded-can` wants them.
+//! The two CAN controllers (bxCAN, RM0090 chapter 32), as `embedded-can` wants them.
 //!
 //! The most urgent frame leaves first; one that has the identifier of a waiting one is refused until
 //! that is gone, so that they cannot overtake each other. Only data frames with 11-bit identifiers
@@ -17,11 +17,11 @@ use stm32f4::stm32f405::{CAN1, CAN2, RCC};
 
 use super::clock::APB1_HZ;
 
-/// A bit is 1 + 11 + 2 quanta, sampled at 86 %; the clock is divided by 3.
+/// A bit is 1 + 11 + 2 quanta, sampled at 86 %.
 const BEFORE_SAMPLE: u32 = 11;
 const AFTER_SAMPLE: u32 = 2;
-const DIVIDER: u32 = 3;
-const _: () = assert!(APB1_HZ == 1_000_000 * DIVIDER * (1 + BEFORE_SAMPLE + AFTER_SAMPLE));
+/// Quanta per ms, undivided, over quanta per bit: the divider times the rate in kbit/s.
+const UNDIVIDED_KBIT_PER_S: u32 = APB1_HZ / 1_000 / (1 + BEFORE_SAMPLE + AFTER_SAMPLE);
 
 /// Where the identifier stands in the registers, and the marks of other kinds of frames.
 const ID_SHIFT: u32 = 21;
@@ -47,23 +47,34 @@ pub struct Overrun;
 #[derive(Debug)]
 pub struct Bus<C>(C);
 
-/// Switches both controllers on. They take part in their bus as soon as they find it idle, and
-/// again after they were off it for too many errors.
-pub fn start(rcc: &RCC, can1: CAN1, can2: CAN2) -> (Bus<CAN1>, Bus<CAN2>) {
+/// Switches both controllers on, at 1000, 750, 600, 500, 375, 300, 250, 200, 150 or 125 kbit/s or any
+/// other rate that divides 3000; `None` at any other. They take part in their bus as soon as they
+/// find it idle, and again after they were off it for too many errors.
+pub fn start(
+    rcc: &RCC,
+    can1: CAN1,
+    can2: CAN2,
+    rate_kbit_per_s: u16,
+) -> Option<(Bus<CAN1>, Bus<CAN2>)> {
+    let rate = u32::from(rate_kbit_per_s);
+    let divider = UNDIVIDED_KBIT_PER_S.checked_div(rate)?;
+    if divider * rate != UNDIVIDED_KBIT_PER_S || divider > 1024 {
+        return None;
+    }
     rcc.apb1enr().modify(|_, w| {
         w.can1en().set_bit();
         w.can2en().set_bit()
     });
-    configure(&can1);
-    configure(&can2);
+    configure(&can1, divider);
+    configure(&can2, divider);
     filter(&can1);
     for controller in [&*can1, &*can2] {
         controller.mcr().modify(|_, w| w.inrq().clear_bit());
     }
-    (Bus(can1), Bus(can2))
+    Some((Bus(can1), Bus(can2)))
 }
 
-fn configure(controller: &RegisterBlock) {
+fn configure(controller: &RegisterBlock, divider: u32) {
     controller.mcr().write(|w| {
         w.inrq().set_bit();
         w.abom().set_bit()
@@ -76,7 +87,7 @@ fn configure(controller: &RegisterBlock) {
     }
     // SAFETY: values of their fields' range, less one each as the register wants them.
     controller.btr().write(|w| unsafe {
-        w.brp().bits(DIVIDER as u16 - 1);
+        w.brp().bits((divider - 1) as u16);
         w.ts1().bits(BEFORE_SAMPLE as u8 - 1);
         w.ts2().bits(AFTER_SAMPLE as u8 - 1);
         w.sjw().bits(0)
@@ -99,7 +110,9 @@ fn filter(can1: &CAN1) {
             // SAFETY: any bits are an identifier and a mask.
             unsafe {
                 can1.fb(bank).fr1().write(|w| w.bits(wanted));
-                can1.fb(bank).fr2().write(|w| w.bits(odd | EXTENDED | REMOTE));
+                can1.fb(bank)
+                    .fr2()
+                    .write(|w| w.bits(odd | EXTENDED | REMOTE));
             }
         }
     }
@@ -142,9 +155,7 @@ impl<C: Deref<Target = RegisterBlock>> Can for Bus<C> {
             mailbox
                 .tdhr()
                 .write(|w| w.bits(u32::from_le_bytes([a, b, c, d])));
-            mailbox
-                .tir()
-                .write(|w| w.bits(identifier).txrq().set_bit());
+            mailbox.tir().write(|w| w.bits(identifier).txrq().set_bit());
         }
         Ok(None)
     }

@@ -18,7 +18,10 @@ const fn pll(crystal_mhz: u32) -> (u8, u16) {
         "an STM32F405 takes a crystal of 4 to 26 MHz"
     );
     let input_mhz = if crystal_mhz.is_multiple_of(2) { 2 } else { 1 };
-    ((crystal_mhz / input_mhz) as u8, (VCO_MHZ / input_mhz) as u16)
+    (
+        (crystal_mhz / input_mhz) as u8,
+        (VCO_MHZ / input_mhz) as u16,
+    )
 }
 
 /// What has not become ready in time.
@@ -71,6 +74,13 @@ pub fn start<const CRYSTAL_MHZ: u32>(
 
     rcc.cr().modify(|_, w| w.csson().set_bit());
     Ok(())
+}
+
+/// Why the board was reset last: the upper byte of RCC_CSR (RM0090, section 7.3.21). Clears it.
+pub fn take_reset_flags(rcc: &RCC) -> u8 {
+    let flags = rcc.csr().read().bits() >> 24;
+    rcc.csr().modify(|_, w| w.rmvf().set_bit());
+    flags as u8
 }
 
 /// Waits for at most a few 100 ms at the 16 MHz of the start.

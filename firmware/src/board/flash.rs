@@ -49,12 +49,12 @@ impl Sectors {
         let done = ready(controller) && {
             // Ones clear the errors of earlier operations.
             controller.sr().write(|w| {
-                w.eop().set_bit();
-                w.operr().set_bit();
-                w.wrperr().set_bit();
-                w.pgaerr().set_bit();
-                w.pgperr().set_bit();
-                w.pgserr().set_bit()
+                w.eop().clear_bit_by_one();
+                w.operr().clear_bit_by_one();
+                w.wrperr().clear_bit_by_one();
+                w.pgaerr().clear_bit_by_one();
+                w.pgperr().clear_bit_by_one();
+                w.pgserr().clear_bit_by_one()
             });
             operation(controller);
             cortex_m::asm::dsb();

@@ -1,8 +1,7 @@
 //! The timer of the drive loop: SysTick, at 4 kHz.
 
+use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
-use cortex_m::peripheral::{SCB, SYST};
-use stillpoint_firmware::{DriveGroup, Feedback, Setpoint};
 use stillpoint_shared::time::{DRIVE_PERIOD_TICKS, TIME_TICKS_PER_SECOND};
 
 /// Ticks per second.
@@ -29,62 +28,26 @@ pub fn elapsed_counts() -> u16 {
     (SYST::get_reload() - SYST::get_current()) as u16
 }
 
+/// Counts since the tick that is running was due.
+#[cfg(feature = "f405")]
+pub fn since_due_counts() -> u32 {
+    let later = if cortex_m::peripheral::SCB::is_pendst_pending() {
+        PERIOD_COUNTS
+    } else {
+        0
+    };
+    u32::from(elapsed_counts()) + later
+}
+
+/// Ticks left out, by the cycles from one tick to the next.
+#[cfg(feature = "f405")]
+pub fn missed_ticks(cycles: u32) -> u16 {
+    let periods = (cycles.saturating_add(PERIOD_COUNTS / 2)) / PERIOD_COUNTS;
+    periods.saturating_sub(1) as u16
+}
+
 /// Time ticks of 0.1 µs in counts of the core clock, for some periods at most.
 pub fn time_ticks(counts: u32) -> u32 {
     const MHZ: u32 = 1_000_000;
     counts * (TIME_TICKS_PER_SECOND / MHZ) / (CORE_HZ / MHZ)
-}
-
-/// Measures a tick from its beginning, and not from when it was due: in the emulator, whose time is
-/// the host's while it waits, it may begin late.
-#[derive(Debug)]
-pub struct Stopwatch(u32);
-
-impl Stopwatch {
-    /// The tick begins. Should the next one be due already, it is left out.
-    pub fn start() -> Self {
-        SCB::clear_pendst();
-        Self(elapsed_counts().into())
-    }
-
-    /// Counts since the beginning, less than two periods.
-    pub fn counts(&self) -> u32 {
-        let later = if SCB::is_pendst_pending() { PERIOD_COUNTS } else { 0 };
-        (u32::from(elapsed_counts()) + later).saturating_sub(self.0)
-    }
-}
-
-/// Drives, and when they were last reached.
-#[derive(Debug)]
-pub struct Watched<D> {
-    /// The drives.
-    pub group: D,
-    /// [`elapsed_counts`] when the latest set-points were handed over.
-    pub reached_counts: u16,
-}
-
-impl<D> Watched<D> {
-    pub fn new(group: D) -> Self {
-        Self {
-            group,
-            reached_counts: 0,
-        }
-    }
-}
-
-impl<const N: usize, D: DriveGroup<N>> DriveGroup<N> for Watched<D> {
-    type Error = D::Error;
-
-    fn exchange(&mut self, setpoints: &[Setpoint; N]) -> Result<[Feedback; N], D::Error> {
-        self.reached_counts = elapsed_counts();
-        self.group.exchange(setpoints)
-    }
-
-    fn observe(&mut self) -> Result<[Feedback; N], D::Error> {
-        self.group.observe()
-    }
-
-    fn safe(&mut self) {
-        self.group.safe();
-    }
 }

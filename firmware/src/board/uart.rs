@@ -48,6 +48,13 @@ impl Transmitter {
         unsafe { &*USART3::ptr() }.sr().read().txe().bit()
     }
 
+    /// Whether all has left.
+    #[cfg(feature = "f405")]
+    pub fn is_done(&self) -> bool {
+        // SAFETY: as in `ready`.
+        unsafe { &*USART3::ptr() }.sr().read().tc().bit()
+    }
+
     /// Sends a byte, if there is room.
     pub fn send(&mut self, byte: u8) {
         // SAFETY: writing DR does not touch what is received, and there is one such half.

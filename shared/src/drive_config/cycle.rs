@@ -61,7 +61,10 @@ pub fn interpolation_time(period_us: u16) -> Option<(u8, i8)> {
     [(1_000, -3), (100, -4), (10, -5), (1, -6)]
         .into_iter()
         .find(|(unit_us, _)| period_us.is_multiple_of(*unit_us))
-        .and_then(|(unit_us, exponent)| Some((u8::try_from(period_us / unit_us).ok()?, exponent)))
+        .and_then(|(unit_us, exponent)| {
+            let units = period_us.checked_div(unit_us)?;
+            Some((u8::try_from(units).ok()?, exponent))
+        })
 }
 
 /// A bus cycle in ticks of the executor.
