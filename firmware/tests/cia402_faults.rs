@@ -255,6 +255,13 @@ fn a_drive_without_heartbeat_is_lost_and_is_set_up_anew_only_on_request() {
     // Set-points that go on do not move it.
     rig.move_for_ms(5, 1e-6);
     rig.safe();
+    rig.drive(2, |drive| {
+        drive.power_off();
+        drive.power_on();
+    });
+    rig.off_for_ms(50);
+    let first = Trouble::HeartbeatLost { timeout_ms: 150 };
+    assert_eq!(rig.report(2).trouble, Some(first), "the first cause stays");
     rig.drive(2, |drive| drive.traits.sends_heartbeats = true);
     assert_eq!(statuses(rig.off_for_ms(500))[2], fault(0x8130));
     assert_eq!(rig.drive(2, |drive| drive.state), Pds::SwitchOnDisabled);
@@ -339,6 +346,17 @@ fn answers_to_other_requests_are_none_to_this_one() {
         }
     }
     panic!("{}", rig.report(0));
+}
+
+#[test]
+fn a_heartbeat_from_before_the_start_is_no_sign_of_a_stop() {
+    let mut rig = one();
+    rig.fates(|frame, _| match (frame.id, frame.data()) {
+        (0x705, [0x7f]) => Fate::Late(30_000),
+        _ => Fate::Arrives,
+    });
+    rig.bring_up();
+    assert_eq!(statuses(rig.off_for_ms(200)), [DriveStatus::Disabled]);
 }
 
 #[test]
@@ -430,6 +448,11 @@ fn what_a_drive_may_lack_it_may_lack_and_the_rest_not() {
         assert_eq!(statuses(rig.off_for_ms(400)), [expected], "{index:04x}");
         assert_eq!(rig.report(0).stage == Stage::Operational, may);
     }
+    // An object that is shorter than the profile says is read for what it has.
+    let mut rig = one();
+    rig.drive(0, |drive| drive.dictionary.resize(0x6076, 0, 2));
+    rig.bring_up();
+
     let bus = BusConfig {
         controller_node: 0,
         ..every(2_000)
