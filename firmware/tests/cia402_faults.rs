@@ -351,12 +351,20 @@ fn answers_to_other_requests_are_none_to_this_one() {
 #[test]
 fn a_heartbeat_from_before_the_start_is_no_sign_of_a_stop() {
     let mut rig = one();
-    rig.fates(|frame, _| match (frame.id, frame.data()) {
-        (0x705, [0x7f]) => Fate::Late(30_000),
-        _ => Fate::Arrives,
+    let is_start = |frame: &Raw| frame.id == 0x000 && frame.data()[0] == 0x01;
+    while !rig.taken().iter().any(is_start) {
+        let _ = rig.off();
+    }
+    while rig.report(0).stage != Stage::Operational {
+        let _ = rig.off();
+    }
+    rig.drive(0, |drive| {
+        drive.outgoing.push_back(Raw::new(0x705, &[0x7f]))
     });
-    rig.bring_up();
-    assert_eq!(statuses(rig.off_for_ms(200)), [DriveStatus::Disabled]);
+    assert_eq!(statuses(rig.off_for_ms(1)), [DriveStatus::Disabled]);
+    assert_eq!(rig.report(0).nmt, Some(NmtState::PreOperational));
+    rig.off_for_ms(100);
+    assert_eq!(rig.report(0).nmt, Some(NmtState::Operational));
 }
 
 #[test]
@@ -506,6 +514,11 @@ fn a_wrong_node_id_a_wrong_device_and_a_wrong_motor_are_told_apart() {
         rig.report(0)
             .to_string()
             .starts_with("no answer to 1000h:00h")
+    );
+    let commands = rig.taken().iter().filter(|frame| frame.id == 0).count();
+    assert!(
+        (3..=5).contains(&commands),
+        "looked for every 300 ms: {commands}"
     );
     assert!(
         rig.group.traffic(0).unwrap().foreign > 0,
