@@ -12,33 +12,14 @@
 //! [`LIMIT_TOLERANCE`] of the axis' largest speed and torque.
 
 use stillpoint_shared::basis::MAX_SUPPORT;
+use stillpoint_shared::status::{Limit, Place, Quantity, Rejection};
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
-use stillpoint_shared::trajectory::QUANTITIES;
 use stillpoint_shared::{AxisLimits, Interval, LIMIT_TOLERANCE, Limits, Trajectory, lgr};
 
 use crate::limiter::available_torque_nm;
-use crate::rejection::{Limit, Place, Quantity, Rejection};
+use crate::nodes::{Nodes, channel};
 
-/// What acceptance can be told.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct AcceptConfig {
-    /// Largest distance of the measured position from the first node, in rad.
-    pub start_tolerance_rad: f32,
-    /// Whether the torque must be zero at both ends: true unless a load, such as gravity, is held
-    /// there.
-    pub torque_free_ends: bool,
-}
-
-impl Default for AcceptConfig {
-    /// 1 mrad, and no torque at the ends.
-    fn default() -> Self {
-        Self {
-            start_tolerance_rad: 1e-3,
-            torque_free_ends: true,
-        }
-    }
-}
+pub use stillpoint_shared::config::AcceptConfig;
 
 /// Relative size of a jump that rounding explains: 4 ulp.
 const JUMP_TOLERANCE: f32 = 4.0 * f32::EPSILON;
@@ -85,62 +66,6 @@ pub fn check(
     }
     continuous(trajectory)?;
     ends(trajectory, limits, measured_rad, config)
-}
-
-/// Support points of the interval at hand in f64, with their barycentric weights.
-struct Nodes {
-    points: usize,
-    nodes: [f64; MAX_SUPPORT],
-    weights: [f64; MAX_SUPPORT],
-}
-
-impl Nodes {
-    const fn empty() -> Self {
-        Self {
-            points: 0,
-            nodes: [0.0; MAX_SUPPORT],
-            weights: [0.0; MAX_SUPPORT],
-        }
-    }
-
-    /// Computes the points unless the previous interval had as many. A trajectory has at most
-    /// `MAX_POINTS` in an interval.
-    fn prepare(&mut self, points: usize) {
-        if self.points == points {
-            return;
-        }
-        self.points = points;
-        if let (Some(nodes), Some(weights)) = (
-            self.nodes.get_mut(..=points),
-            self.weights.get_mut(..=points),
-        ) {
-            // Lengths agree: these cannot fail.
-            let _ = lgr::support_nodes(nodes);
-            let _ = lgr::barycentric_weights(nodes, weights);
-        }
-    }
-
-    fn nodes(&self) -> &[f64] {
-        self.nodes.get(..=self.points).unwrap_or_default()
-    }
-
-    fn weights(&self) -> &[f64] {
-        self.weights.get(..=self.points).unwrap_or_default()
-    }
-}
-
-/// Values of one quantity of one axis, node after node; over one interval or over all of them.
-fn channel(
-    coefficients: &[f32],
-    axes: usize,
-    quantity: Quantity,
-    axis: usize,
-) -> impl DoubleEndedIterator<Item = f32> + ExactSizeIterator {
-    coefficients
-        .iter()
-        .skip(quantity as usize * axes + axis)
-        .step_by(QUANTITIES * axes)
-        .copied()
 }
 
 /// One interval under examination.

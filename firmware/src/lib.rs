@@ -13,24 +13,37 @@
 #![deny(missing_docs)]
 
 pub mod accept;
+pub mod bench;
+mod buffers;
 pub mod cia402;
-pub mod command;
-pub mod config;
+mod comms;
 pub mod drive;
 pub mod executor;
-pub mod fault;
 pub mod ideal;
+pub mod inputs;
 pub mod limiter;
+pub mod link;
 pub mod monitor;
-pub mod rejection;
+mod nodes;
+pub mod pace;
+pub mod path_time;
+pub mod ramp;
+pub mod record;
 pub mod safety_io;
+mod slot;
+pub mod stand_in;
+pub mod store;
 
 pub use cia402::Cia402Group;
-pub use command::{Command, Refusal, State};
-pub use config::{Config, ConfigError};
 pub use drive::{DriveGroup, DriveStatus, Feedback, Setpoint};
 pub use executor::{Executor, TickReport};
-pub use fault::{Fault, FaultCause};
 pub use ideal::IdealDrives;
-pub use limiter::LimitFlags;
-pub use rejection::Rejection;
+pub use inputs::TickInputs;
+pub use link::{Link, Machine};
+pub use record::FaultRecord;
+
+pub use stillpoint_shared::config::{self, Config};
+pub use stillpoint_shared::status::{
+    Command, CommsPolicy, ConfigError, ConfigField, Fault, FaultCause, HoldReason, LimitFlags,
+    Refusal, Rejection, StartRequest, State,
+};

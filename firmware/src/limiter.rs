@@ -13,88 +13,10 @@
 //! All limits carry the relative tolerance of acceptance, [`LIMIT_TOLERANCE`], and steps one
 //! rounding error of f32.
 
-use core::fmt;
-use core::ops::{BitOr, BitOrAssign};
-
+use stillpoint_shared::status::LimitFlags;
 use stillpoint_shared::{AxisLimits, LIMIT_TOLERANCE};
 
 use crate::Setpoint;
-
-/// Limits in force on one axis. Momentary: in this tick; sticky: since the move was started.
-#[derive(Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct LimitFlags(u8);
-
-impl LimitFlags {
-    /// No limit is in force.
-    pub const NONE: Self = Self(0);
-    /// Torque beyond its largest value.
-    pub const TORQUE: Self = Self(1);
-    /// Torque changing too fast.
-    pub const TORQUE_RATE: Self = Self(2);
-    /// Torque beyond the torque–speed curve.
-    pub const TORQUE_SPEED: Self = Self(4);
-    /// Velocity or step of position too large.
-    pub const SPEED: Self = Self(8);
-    /// A value that is no finite number.
-    pub const NOT_FINITE: Self = Self(16);
-
-    const NAMES: [(Self, &'static str); 5] = [
-        (Self::TORQUE, "torque"),
-        (Self::TORQUE_RATE, "torque rate"),
-        (Self::TORQUE_SPEED, "torque-speed curve"),
-        (Self::SPEED, "speed"),
-        (Self::NOT_FINITE, "not finite"),
-    ];
-
-    /// The flags as bits, as telemetry carries them.
-    pub const fn bits(self) -> u8 {
-        self.0
-    }
-
-    /// Whether no limit is in force.
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// Whether all of `other` are in force.
-    pub const fn contains(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
-    }
-
-    fn raise_if(&mut self, condition: bool, flag: Self) {
-        if condition {
-            *self |= flag;
-        }
-    }
-}
-
-impl BitOr for LimitFlags {
-    type Output = Self;
-
-    fn bitor(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-}
-
-impl BitOrAssign for LimitFlags {
-    fn bitor_assign(&mut self, other: Self) {
-        self.0 |= other.0;
-    }
-}
-
-impl fmt::Debug for LimitFlags {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_set()
-            .entries(
-                Self::NAMES
-                    .iter()
-                    .filter(|(flag, _)| self.contains(*flag))
-                    .map(|(_, name)| name),
-            )
-            .finish()
-    }
-}
 
 /// Limits of one axis prepared for the tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,6 +28,20 @@ pub struct LimiterConfig {
 }
 
 impl LimiterConfig {
+    /// No limits are known: nothing may move. All bytes are zero.
+    pub(crate) const NONE: Self = Self {
+        limits: AxisLimits {
+            torque_nm: 0.0,
+            torque_rate_nm_per_s: 0.0,
+            speed_rad_per_s: 0.0,
+            knee_speed_rad_per_s: 0.0,
+            slope_nm_s_per_rad: 0.0,
+        },
+        speed_rad_per_s: 0.0,
+        position_step_rad: 0.0,
+        torque_step_nm: 0.0,
+    };
+
     /// For a tick of `period_s` seconds.
     pub fn new(limits: &AxisLimits, period_s: f32) -> Self {
         let speed_rad_per_s = limits.speed_rad_per_s * (1.0 + LIMIT_TOLERANCE);
@@ -124,9 +60,55 @@ pub fn available_torque_nm(limits: &AxisLimits, speed_rad_per_s: f32) -> f32 {
     limits.available_torque_nm(speed_rad_per_s * (1.0 - LIMIT_TOLERANCE)) * (1.0 + LIMIT_TOLERANCE)
 }
 
+/// Least and greatest torque in N·m that [`limit`] surely lets through at a speed in rad/s, one
+/// period after `previous_nm` was sent: half of the tolerance is left for rounding.
+pub fn torque_window(config: &LimiterConfig, previous_nm: f32, speed_rad_per_s: f32) -> (f32, f32) {
+    const HALF: f32 = 0.5 * LIMIT_TOLERANCE;
+    let available_nm = config.limits.available_torque_nm(speed_rad_per_s) * (1.0 + HALF);
+    let step_nm = config.torque_step_nm * (1.0 - HALF);
+    let (mut least, mut most) = (previous_nm - step_nm, previous_nm + step_nm);
+    clamp(&mut least, 0.0, available_nm);
+    clamp(&mut most, 0.0, available_nm);
+    (least, most)
+}
+
 /// `wanted` brought within the limits, one period after `previous` was sent (which must be finite),
 /// and the limits in force.
+#[inline]
 pub fn limit(
+    config: &LimiterConfig,
+    previous: &Setpoint,
+    wanted: &Setpoint,
+) -> (Setpoint, LimitFlags) {
+    if is_within(config, previous, wanted) {
+        (*wanted, LimitFlags::NONE)
+    } else {
+        brought_within(config, previous, wanted)
+    }
+}
+
+/// Whether nothing has to be limited, which is nearly always so; not if a value is no number.
+#[inline]
+fn is_within(config: &LimiterConfig, previous: &Setpoint, wanted: &Setpoint) -> bool {
+    let reaches = |value: f32, centre: f32, reach: f32| {
+        let reach = reach + centre.abs() * f32::EPSILON;
+        value >= centre - reach && value <= centre + reach
+    };
+    let speed_rad_per_s = wanted.velocity_rad_per_s.abs();
+    let torque_nm = wanted.torque_nm.abs();
+    speed_rad_per_s <= config.speed_rad_per_s
+        && reaches(
+            wanted.position_rad,
+            previous.position_rad,
+            config.position_step_rad,
+        )
+        && torque_nm <= available_torque_nm(&config.limits, speed_rad_per_s)
+        && reaches(wanted.torque_nm, previous.torque_nm, config.torque_step_nm)
+}
+
+#[cold]
+#[inline(never)]
+fn brought_within(
     config: &LimiterConfig,
     previous: &Setpoint,
     wanted: &Setpoint,

@@ -1,52 +1,64 @@
 //! Looks at the feedback of every tick: is it alive, is it a number, is the axis where it was told
-//! to be.
+//! to be; and at the drive loop itself: is it in time.
 
 use nalgebra::SVector;
 
 use crate::{DriveStatus, FaultCause, Feedback, Setpoint};
 
-/// What the monitor allows.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct MonitorConfig {
-    /// Following error allowed at rest, in rad.
-    pub following_at_rest_rad: f32,
-    /// Following error allowed per commanded speed, in rad per rad/s: the lag of the drives in
-    /// seconds.
-    pub following_lag_s: f32,
-    /// Greatest age of feedback, in drive ticks.
-    pub feedback_age_ticks: u16,
-}
+pub use stillpoint_shared::config::MonitorConfig;
 
-impl Default for MonitorConfig {
-    /// 10 mrad at rest and 2 ms of lag; two lost messages.
-    fn default() -> Self {
-        Self {
-            following_at_rest_rad: 0.01,
-            following_lag_s: 2e-3,
-            feedback_age_ticks: 2,
-        }
-    }
-}
-
-/// Following-error peaks of AXES axes since the move was started.
+/// Peaks of AXES axes and of the loop since the move was started.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Monitor<const AXES: usize> {
-    peak_following_error_rad: SVector<f32, AXES>,
+    peak_following_error_rad: [f32; AXES],
+    peak_busy_ticks: u32,
 }
 
 impl<const AXES: usize> Default for Monitor<AXES> {
     fn default() -> Self {
-        Self {
-            peak_following_error_rad: SVector::zeros(),
-        }
+        Self::NEW
     }
 }
 
 impl<const AXES: usize> Monitor<AXES> {
+    /// Nothing has been seen yet. All bytes are zero.
+    pub(crate) const NEW: Self = Self {
+        peak_following_error_rad: [0.0; AXES],
+        peak_busy_ticks: 0,
+    };
+
     /// Largest |set-point − measured position| of each axis in rad.
-    pub fn peak_following_error_rad(&self) -> &SVector<f32, AXES> {
-        &self.peak_following_error_rad
+    pub fn peak_following_error_rad(&self) -> SVector<f32, AXES> {
+        SVector::from(self.peak_following_error_rad)
+    }
+
+    /// Longest tick, in time ticks of 0.1 µs.
+    pub fn peak_busy_ticks(&self) -> u32 {
+        self.peak_busy_ticks
+    }
+
+    /// Judges the drive loop itself, by what the previous tick took and the ticks left out since.
+    pub fn check_loop(
+        &mut self,
+        config: &MonitorConfig,
+        busy_ticks: u32,
+        missed_ticks: u16,
+    ) -> Result<(), FaultCause> {
+        if busy_ticks > self.peak_busy_ticks {
+            self.peak_busy_ticks = busy_ticks;
+        }
+        if missed_ticks > 0 {
+            return Err(FaultCause::TicksMissed {
+                missed: missed_ticks,
+            });
+        }
+        if busy_ticks > config.busy_limit_ticks {
+            return Err(FaultCause::LoopOverrun {
+                duration_ticks: busy_ticks,
+                limit_ticks: config.busy_limit_ticks,
+            });
+        }
+        Ok(())
     }
 
     /// Judges one tick. Set-points and feedback belong to the same instant.
@@ -63,7 +75,7 @@ impl<const AXES: usize> Monitor<AXES> {
         let axes = setpoints
             .iter()
             .zip(feedback)
-            .zip(self.peak_following_error_rad.iter_mut());
+            .zip(&mut self.peak_following_error_rad);
         for (axis, ((setpoint, feedback), peak_rad)) in (0u8..).zip(axes) {
             alive(config, axis, feedback)?;
             match feedback.status {

@@ -8,7 +8,7 @@ use common::{
 };
 use proptest::prelude::*;
 use stillpoint_firmware::accept::{AcceptConfig, check};
-use stillpoint_firmware::rejection::{Limit, Place, Quantity, Rejection};
+use stillpoint_shared::status::{Limit, Place, Quantity, Rejection};
 use stillpoint_shared::{
     AxisLimits, Header, LIMIT_TOLERANCE, Limits, Trajectory, TrajectoryBuilder, TrajectoryError,
     lgr,

@@ -3,162 +3,44 @@
 mod common;
 
 use common::{
-    AXES, DURATION_TICKS, Drives, START_RAD, changed, executor, late_push, limits, start,
-    trajectory,
+    AXES, DURATION_TICKS, Drives, FINE, START_RAD, brought_to, changed, executor, late_push,
+    limits, start, trajectory,
 };
 use nalgebra::SVector;
 use stillpoint_firmware::{
-    Command, Config, ConfigError, DriveStatus, Executor, FaultCause, IdealDrives, LimitFlags,
-    Refusal, Rejection, State, TickReport,
+    Config, ConfigError, ConfigField, DriveStatus, Executor, Fault, FaultCause, IdealDrives,
+    LimitFlags, Refusal, Rejection, Setpoint, State, TickReport,
 };
 use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
 use stillpoint_shared::{AxisLimits, Limits, Player};
 
-/// Executor and drives brought to a state with the test move loaded.
-fn brought_to(state: State) -> (Executor<AXES>, Drives) {
-    let (mut executor, mut drives) = (executor(), Drives::at(&start()));
-    executor.tick(&mut drives);
-    if state == State::Idle {
-        return (executor, drives);
-    }
-    executor.load(&trajectory(), &start()).unwrap();
-    if state == State::Ready {
-        return (executor, drives);
-    }
-    executor.arm().unwrap();
-    executor.tick(&mut drives);
-    match state {
-        State::Armed => {}
-        State::Running => executor.start().unwrap(),
-        State::Done => {
-            executor.start().unwrap();
-            while executor.state() == State::Running {
-                executor.tick(&mut drives);
-            }
-        }
-        State::Fault => executor.emergency_stop(),
-        other => panic!("no way to {other:?}"),
-    }
-    assert_eq!(executor.state(), state);
-    (executor, drives)
+/// What a report says, kept.
+#[derive(Debug, PartialEq)]
+struct Kept {
+    state: State,
+    path_ticks: u32,
+    setpoints: [Setpoint; AXES],
+    limited: [LimitFlags; AXES],
+    fault: Option<Fault>,
 }
 
-fn order(executor: &mut Executor<AXES>, command: Command) -> Result<(), Refusal> {
-    match command {
-        Command::Load => executor.load(&trajectory(), &start()),
-        Command::Arm => executor.arm(),
-        Command::Start => executor.start(),
-        Command::Disarm => executor.disarm(),
-        Command::Clear => executor.clear(),
-        other => panic!("no test for {other:?}"),
+fn kept(report: &TickReport<AXES>) -> Kept {
+    Kept {
+        state: report.state,
+        path_ticks: report.path_ticks,
+        setpoints: *report.setpoints,
+        limited: *report.limited,
+        fault: report.fault,
     }
 }
 
-#[test]
-fn every_command_has_an_answer_in_every_state() {
-    use Command::{Arm, Clear, Disarm, Load, Start};
-    use State::{Armed, Done, Fault, Idle, Ready, Running};
-    let table = [
-        // state, then the state after each command, or none if it is refused
-        (
-            Idle,
-            [
-                (Load, Some(Ready)),
-                (Arm, None),
-                (Start, None),
-                (Disarm, None),
-                (Clear, None),
-            ],
-        ),
-        (
-            Ready,
-            [
-                (Load, Some(Ready)),
-                (Arm, Some(Armed)),
-                (Start, None),
-                (Disarm, None),
-                (Clear, None),
-            ],
-        ),
-        (
-            Armed,
-            [
-                (Load, Some(Armed)),
-                (Arm, None),
-                (Start, Some(Running)),
-                (Disarm, Some(Ready)),
-                (Clear, None),
-            ],
-        ),
-        (
-            Running,
-            [
-                (Load, None),
-                (Arm, None),
-                (Start, None),
-                (Disarm, None),
-                (Clear, None),
-            ],
-        ),
-        (
-            Done,
-            [
-                (Load, Some(Armed)),
-                (Arm, None),
-                (Start, None),
-                (Disarm, Some(Ready)),
-                (Clear, None),
-            ],
-        ),
-        (
-            Fault,
-            [
-                (Load, None),
-                (Arm, None),
-                (Start, None),
-                (Disarm, None),
-                (Clear, Some(Ready)),
-            ],
-        ),
-    ];
-    assert_eq!(table.map(|(state, _)| state), State::ALL);
-    for (state, answers) in table {
-        for (command, after) in answers {
-            let (mut executor, _) = brought_to(state);
-            let answer = order(&mut executor, command);
-            match after {
-                Some(after) => assert_eq!(
-                    (answer, executor.state()),
-                    (Ok(()), after),
-                    "{command:?} in {state:?}"
-                ),
-                None => {
-                    let refused = Err(Refusal::WrongState { command, state });
-                    assert_eq!(
-                        (answer, executor.state()),
-                        (refused, state),
-                        "{command:?} in {state:?}"
-                    );
-                }
-            }
-        }
-        let (mut executor, _) = brought_to(state);
-        executor.emergency_stop();
-        assert_eq!(executor.state(), Fault, "emergency stop in {state:?}");
-    }
-    let (mut executor, _) = brought_to(Idle);
-    executor.emergency_stop();
-    executor.clear().unwrap();
-    assert_eq!(executor.state(), Idle, "nothing was loaded");
-}
-
-fn play() -> Vec<TickReport<AXES>> {
+fn play() -> Vec<Kept> {
     let (mut executor, mut drives) = brought_to(State::Running);
     let mut reports = Vec::new();
     while executor.state() == State::Running {
-        reports.push(executor.tick(&mut drives));
+        reports.push(kept(&executor.tick(&mut drives, &FINE)));
     }
-    reports.push(executor.tick(&mut drives));
+    reports.push(kept(&executor.tick(&mut drives, &FINE)));
     reports
 }
 
@@ -221,14 +103,14 @@ fn a_duration_between_ticks_ends_exactly_at_the_last_node() {
     )
     .unwrap();
     let mut drives = Drives::at(&start());
-    executor.tick(&mut drives);
+    executor.tick(&mut drives, &FINE);
     executor.load(&trajectory(), &start()).unwrap();
     executor.arm().unwrap();
-    executor.tick(&mut drives);
-    executor.start().unwrap();
+    executor.tick(&mut drives, &FINE);
+    executor.start(&executor.start_request()).unwrap();
     let mut ticks = 0;
     while executor.state() == State::Running {
-        let report = executor.tick(&mut drives);
+        let report = executor.tick(&mut drives, &FINE);
         assert_eq!(
             report.path_ticks,
             (ticks * period_ticks).min(DURATION_TICKS)
@@ -246,24 +128,24 @@ fn enabling_is_no_jump_and_the_axis_creeps_to_the_first_node() {
     drives.enabling_ticks = 5;
     executor.load(&trajectory(), &measured).unwrap();
     assert_eq!(executor.arm(), Err(Refusal::NoFeedback));
-    executor.tick(&mut drives);
+    executor.tick(&mut drives, &FINE);
     executor.arm().unwrap();
     for _ in 0..6 {
-        let report = executor.tick(&mut drives);
+        let report = executor.tick(&mut drives, &FINE);
         assert_eq!(
             report.setpoints[0].position_rad, measured[0],
             "until the drive is enabled"
         );
-        assert!(executor.start().is_err());
+        assert!(executor.start(&executor.start_request()).is_err());
     }
     assert!(matches!(
-        executor.start(),
+        executor.start(&executor.start_request()),
         Err(Refusal::Approaching { axis: 0, .. })
     ));
     let mut previous_rad = measured[0];
     let mut ticks = 0;
-    while executor.start().is_err() {
-        let now_rad = executor.tick(&mut drives).setpoints[0].position_rad;
+    while executor.start(&executor.start_request()).is_err() {
+        let now_rad = executor.tick(&mut drives, &FINE).setpoints[0].position_rad;
         assert!(
             (previous_rad - now_rad) * 4_000.0 <= 0.051,
             "faster than it may creep"
@@ -281,13 +163,13 @@ fn an_axis_that_sags_before_its_drive_holds_it_is_not_pulled_back() {
     let (mut executor, mut drives) = brought_to(State::Ready);
     drives.enabling_ticks = 2;
     executor.arm().unwrap();
-    executor.tick(&mut drives);
+    executor.tick(&mut drives, &FINE);
     let mut sagged = start();
     sagged[1] -= 0.5e-3;
     drives.ideal = IdealDrives::at(&sagged);
-    executor.tick(&mut drives);
+    executor.tick(&mut drives, &FINE);
     assert_eq!(
-        executor.tick(&mut drives).setpoints[1].position_rad,
+        executor.tick(&mut drives, &FINE).setpoints[1].position_rad,
         sagged[1]
     );
 }
@@ -297,17 +179,20 @@ fn start_waits_for_the_drives() {
     let (mut executor, mut drives) = (executor(), Drives::at(&start()));
     drives.enabling_ticks = 3;
     executor.load(&trajectory(), &start()).unwrap();
-    executor.tick(&mut drives);
+    executor.tick(&mut drives, &FINE);
     executor.arm().unwrap();
-    executor.tick(&mut drives);
-    assert_eq!(executor.start(), Err(Refusal::NotEnabled { axis: 0 }));
+    executor.tick(&mut drives, &FINE);
+    assert_eq!(
+        executor.start(&executor.start_request()),
+        Err(Refusal::NotEnabled { axis: 0 })
+    );
 }
 
 #[test]
 fn arming_needs_fresh_feedback_near_the_first_node() {
     let (mut executor, mut drives) = brought_to(State::Ready);
     drives.spoil(|feedback| feedback[1].age_ticks = 3);
-    executor.tick(&mut drives);
+    executor.tick(&mut drives, &FINE);
     let stale = FaultCause::FeedbackStale {
         axis: 1,
         age_ticks: 3,
@@ -316,7 +201,7 @@ fn arming_needs_fresh_feedback_near_the_first_node() {
     assert_eq!(executor.arm(), Err(Refusal::Feedback(stale)));
 
     drives.spoil(|feedback| feedback[1].position_rad = -0.9);
-    executor.tick(&mut drives);
+    executor.tick(&mut drives, &FINE);
     let (measured_rad, first_rad) = (-0.9, -1.0);
     assert_eq!(
         executor.arm(),
@@ -329,7 +214,7 @@ fn arming_needs_fresh_feedback_near_the_first_node() {
     );
 
     drives.bus_broken = true;
-    executor.tick(&mut drives);
+    executor.tick(&mut drives, &FINE);
     assert_eq!(executor.arm(), Err(Refusal::NoFeedback));
     assert_eq!((executor.state(), drives.exchanges), (State::Ready, 0));
 }
@@ -368,10 +253,10 @@ fn the_next_move_follows_without_losing_torque() {
     let end =
         SVector::<f32, AXES>::from_fn(|axis, _| (START_RAD[axis] + common::REACH_RAD[axis]) as f32);
     executor.load(&back, &end).unwrap();
-    executor.tick(&mut drives);
-    executor.start().unwrap();
+    executor.tick(&mut drives, &FINE);
+    executor.start(&executor.start_request()).unwrap();
     while executor.state() == State::Running {
-        executor.tick(&mut drives);
+        executor.tick(&mut drives, &FINE);
     }
     assert_eq!((executor.state(), drives.safes), (State::Done, safes));
 }
@@ -417,19 +302,19 @@ fn every_fault_takes_the_torque_away_and_latches_its_first_cause() {
     for (spoil, cause) in cases {
         for state in [State::Running, State::Done] {
             let (mut executor, mut drives) = brought_to(state);
-            let before = executor.tick(&mut drives);
+            let before = executor.tick(&mut drives, &FINE).tick;
             spoil(&mut drives);
             let safes = drives.safes;
-            let report = executor.tick(&mut drives);
+            let report = executor.tick(&mut drives, &FINE);
             assert_eq!(report.state, State::Fault, "{cause:?} in {state:?}");
             assert_eq!(drives.safes, safes + 1, "in the very tick");
             let fault = report.fault.unwrap();
-            assert_eq!((fault.cause, fault.tick), (cause, before.tick + 1));
+            assert_eq!((fault.cause, fault.tick), (cause, before + 1));
 
             let exchanges = drives.exchanges;
             drives.spoil(|feedback| feedback[0].position_rad = f32::NAN);
             for _ in 0..10 {
-                let report = executor.tick(&mut drives);
+                let report = executor.tick(&mut drives, &FINE);
                 assert_eq!((report.state, report.fault), (State::Fault, Some(fault)));
                 assert!(
                     report
@@ -453,7 +338,7 @@ fn a_blocked_axis_is_a_following_error_with_its_numbers_and_peak() {
     let (mut executor, mut drives) = brought_to(State::Running);
     drives.spoil(|feedback| feedback[0].position_rad = START_RAD[0] as f32);
     let fault = loop {
-        if let Some(fault) = executor.tick(&mut drives).fault {
+        if let Some(fault) = executor.tick(&mut drives, &FINE).fault {
             break fault;
         }
     };
@@ -483,15 +368,15 @@ fn torque_rate_between_the_nodes_is_limited_and_flagged_but_no_fault() {
 
     let mut executor = Executor::<AXES>::new(limits, Config::default()).unwrap();
     let mut drives = Drives::at(&SVector::zeros());
-    executor.tick(&mut drives);
+    executor.tick(&mut drives, &FINE);
     executor.load(&trajectory, &SVector::zeros()).unwrap();
     executor.arm().unwrap();
-    executor.tick(&mut drives);
-    executor.start().unwrap();
+    executor.tick(&mut drives, &FINE);
+    executor.start(&executor.start_request()).unwrap();
     let mut previous_nm = 0.0;
     let mut flagged = 0;
     while executor.state() == State::Running {
-        let report = executor.tick(&mut drives);
+        let report = executor.tick(&mut drives, &FINE);
         let torque_nm = report.setpoints[0].torque_nm;
         assert!((torque_nm - previous_nm).abs() <= rate_nm_per_s * 250e-6 * 1.000_2);
         previous_nm = torque_nm;
@@ -501,11 +386,11 @@ fn torque_rate_between_the_nodes_is_limited_and_flagged_but_no_fault() {
     assert!(flagged > 0);
     assert_eq!(executor.state(), State::Done);
     for _ in 0..20 {
-        executor.tick(&mut drives);
+        executor.tick(&mut drives, &FINE);
     }
     assert_eq!(
-        executor.tick(&mut drives).limited,
-        [LimitFlags::NONE; AXES],
+        executor.tick(&mut drives, &FINE).limited,
+        &[LimitFlags::NONE; AXES],
         "momentary"
     );
     assert_eq!(
@@ -515,8 +400,8 @@ fn torque_rate_between_the_nodes_is_limited_and_flagged_but_no_fault() {
     );
 
     executor.load(&trajectory, &SVector::zeros()).unwrap();
-    executor.tick(&mut drives);
-    executor.start().unwrap();
+    executor.tick(&mut drives, &FINE);
+    executor.start(&executor.start_request()).unwrap();
     assert_eq!(
         executor.limited(),
         &[LimitFlags::NONE; AXES],
@@ -542,7 +427,7 @@ fn impossible_configurations_are_refused() {
     assert_eq!(
         made(limits(), config),
         Some(ConfigError::Value {
-            name: "period_ticks",
+            field: ConfigField::PeriodTicks,
             value: 0.0
         })
     );
@@ -559,7 +444,7 @@ fn refusals_and_faults_say_what_to_do() {
         "Disarm is not possible in state Running, only in [Armed, Done]"
     );
     drives.bus_broken = true;
-    let fault = executor.tick(&mut drives).fault.unwrap();
+    let fault = executor.tick(&mut drives, &FINE).fault.unwrap();
     assert_eq!(
         fault.to_string(),
         "the bus to the drives failed: check cabling and supply, then clear (tick 3)"

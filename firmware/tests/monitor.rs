@@ -21,6 +21,7 @@ fn the_following_error_limit_ramps_with_speed_and_its_peak_is_kept() {
         following_at_rest_rad: 0.01,
         following_lag_s: 0.002,
         feedback_age_ticks: 2,
+        ..MonitorConfig::default()
     };
     let mut monitor = Monitor::<AXES>::default();
     for (speed, error, allowed) in [

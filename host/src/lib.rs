@@ -5,6 +5,7 @@
 
 pub mod autodiff;
 pub mod cli;
+pub mod device;
 pub mod machine;
 pub mod movefile;
 pub mod nlp;

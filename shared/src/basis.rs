@@ -75,7 +75,23 @@ impl Basis {
         x: f32,
         rows: &[[[f32; A]; Q]],
     ) -> [[f32; A]; Q] {
-        let mut after = [0.0; MAX_SUPPORT];
+        // The same operations in either case; room for fewer products takes less time to clear.
+        const FEW: usize = 12;
+        if self.points < FEW {
+            self.evaluate_with([0.0; FEW], x, rows)
+        } else {
+            self.evaluate_with([0.0; MAX_SUPPORT], x, rows)
+        }
+    }
+
+    /// [`Basis::evaluate`] with room for N + 1 products.
+    #[inline]
+    fn evaluate_with<const Q: usize, const A: usize, const ROOM: usize>(
+        &self,
+        mut after: [f32; ROOM],
+        x: f32,
+        rows: &[[[f32; A]; Q]],
+    ) -> [[f32; A]; Q] {
         let mut product = 1.0;
         for (after, node) in after.iter_mut().zip(self.nodes()).rev() {
             *after = product;

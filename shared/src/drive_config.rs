@@ -111,6 +111,7 @@ pub struct DriveConfig {
 
 /// What was read and has to be checked.
 #[derive(Deserialize)]
+#[serde(rename = "DriveConfig")]
 struct Unchecked {
     bus: BusConfig,
     axes: Vec<AxisDrive, MAX_AXES>,

@@ -2,12 +2,14 @@
 
 use core::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use crate::MAX_AXES;
 use crate::basis::MAX_POINTS;
 use crate::trajectory::{FORMAT_VERSION, MAX_BASES, MAX_COEFFICIENTS, MAX_INTERVALS};
 
 /// Why bytes are no trajectory, or numbers cannot become one. Its `Display` says what to do.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TrajectoryError {

@@ -28,8 +28,7 @@ impl Flavor for Hasher {
 
 /// CRC-64/XZ of `value`'s postcard bytes.
 ///
-/// Only a type without a known length can fail to serialise here, and no type of this crate is one;
-/// it would hash to 0.
-pub(crate) fn of<T: Serialize + ?Sized>(value: &T) -> u64 {
+/// Only a type without a known length can fail to serialise here; it would hash to 0.
+pub fn of<T: Serialize + ?Sized>(value: &T) -> u64 {
     postcard::serialize_with_flavor(value, Hasher(CRC.digest())).unwrap_or_default()
 }

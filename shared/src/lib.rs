@@ -12,23 +12,27 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+pub mod assembly;
 pub mod basis;
+pub mod config;
 pub mod drive_config;
 pub mod drive_error;
+pub mod hash;
 pub mod lgr;
 pub mod limits;
 pub mod player;
+pub mod protocol;
+pub mod status;
 pub mod time;
 pub mod trajectory;
 
 mod error;
-mod hash;
 mod wire;
 
 pub use basis::Basis;
 pub use drive_config::{AxisDrive, BusConfig, DriveConfig, DriveConfigError};
-pub use limits::{AxisLimits, Limits, LimitsError};
-pub use player::{Player, Sample};
+pub use limits::{AxisLimits, LimitName, Limits, LimitsError};
+pub use player::{Player, Sample, Schedule};
 pub use trajectory::{Header, Interval, Trajectory, TrajectoryBuilder, TrajectoryError};
 
 /// Most axes a trajectory, a set of limits or a drive group can have.

@@ -39,14 +39,43 @@ impl AxisLimits {
         }
     }
 
-    fn named(&self) -> [(&'static str, f32, bool); 5] {
+    fn named(&self) -> [(LimitName, f32, bool); 5] {
         [
-            ("torque_nm", self.torque_nm, true),
-            ("torque_rate_nm_per_s", self.torque_rate_nm_per_s, true),
-            ("speed_rad_per_s", self.speed_rad_per_s, true),
-            ("knee_speed_rad_per_s", self.knee_speed_rad_per_s, false),
-            ("slope_nm_s_per_rad", self.slope_nm_s_per_rad, false),
+            (LimitName::Torque, self.torque_nm, true),
+            (LimitName::TorqueRate, self.torque_rate_nm_per_s, true),
+            (LimitName::Speed, self.speed_rad_per_s, true),
+            (LimitName::KneeSpeed, self.knee_speed_rad_per_s, false),
+            (LimitName::Slope, self.slope_nm_s_per_rad, false),
         ]
+    }
+}
+
+/// A field of [`AxisLimits`]; its `Display` is the field's name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum LimitName {
+    /// `torque_nm`
+    Torque,
+    /// `torque_rate_nm_per_s`
+    TorqueRate,
+    /// `speed_rad_per_s`
+    Speed,
+    /// `knee_speed_rad_per_s`
+    KneeSpeed,
+    /// `slope_nm_s_per_rad`
+    Slope,
+}
+
+impl fmt::Display for LimitName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Torque => "torque_nm",
+            Self::TorqueRate => "torque_rate_nm_per_s",
+            Self::Speed => "speed_rad_per_s",
+            Self::KneeSpeed => "knee_speed_rad_per_s",
+            Self::Slope => "slope_nm_s_per_rad",
+        })
     }
 }
 
@@ -97,7 +126,7 @@ impl TryFrom<Vec<AxisLimits, MAX_AXES>> for Limits {
 }
 
 /// Why a set of limits is refused.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LimitsError {
@@ -110,8 +139,8 @@ pub enum LimitsError {
     Value {
         /// Axis, from 0.
         axis: usize,
-        /// Name of the field of [`AxisLimits`].
-        name: &'static str,
+        /// Field of [`AxisLimits`].
+        name: LimitName,
         /// Its value.
         value: f32,
     },

@@ -38,41 +38,27 @@ struct Span {
     first_row: u16,
 }
 
-/// A trajectory of AXES axes with its bases prepared, so that nothing is divided while it plays.
+/// What evaluating a trajectory takes beside its coefficients: where its intervals lie and the
+/// bases they use, so that nothing is divided while it plays.
+///
+/// A board with two trajectory buffers has one schedule, of the one that plays.
 #[derive(Debug, Clone)]
-pub struct Player<const AXES: usize> {
-    trajectory: Trajectory,
+pub struct Schedule {
     spans: Vec<Span, MAX_INTERVALS>,
     bases: Vec<Basis, MAX_BASES>,
 }
 
-impl<const AXES: usize> Player<AXES> {
-    /// A player with nothing to play.
+impl Schedule {
+    /// A schedule of nothing.
     pub const fn empty() -> Self {
         Self {
-            trajectory: Trajectory::empty(),
             spans: Vec::new(),
             bases: Vec::new(),
         }
     }
 
-    /// A player of a copy of `trajectory`.
-    pub fn new(trajectory: &Trajectory) -> Result<Self, TrajectoryError> {
-        let mut player = Self::empty();
-        player.load(trajectory)?;
-        Ok(player)
-    }
-
-    /// Copies `trajectory` in and prepares its bases. If it has another number of axes, nothing is
-    /// changed.
-    pub fn load(&mut self, trajectory: &Trajectory) -> Result<(), TrajectoryError> {
-        if trajectory.axes() != AXES {
-            return Err(TrajectoryError::OtherAxes {
-                found: trajectory.axes(),
-                expected: AXES,
-            });
-        }
-        self.trajectory.copy_from(trajectory);
+    /// Makes this the schedule of `trajectory`. Every trajectory that could be made fits.
+    pub fn prepare(&mut self, trajectory: &Trajectory) -> Result<(), TrajectoryError> {
         self.spans.clear();
         self.bases.clear();
         let mut first_row = 0;
@@ -80,7 +66,7 @@ impl<const AXES: usize> Player<AXES> {
             let span = Span {
                 start_ticks: interval.start_ticks,
                 local: LocalTime::new(interval.duration_ticks),
-                basis: self.prepare(index, interval.points)?,
+                basis: self.basis(index, interval.points)?,
                 first_row,
             };
             first_row += interval.points as u16 + 1;
@@ -94,7 +80,7 @@ impl<const AXES: usize> Player<AXES> {
     }
 
     /// Index of the basis on N = `points` points, prepared if it is the first of its kind.
-    fn prepare(&mut self, interval: usize, points: usize) -> Result<u8, TrajectoryError> {
+    fn basis(&mut self, interval: usize, points: usize) -> Result<u8, TrajectoryError> {
         let index = match self.bases.iter().position(|basis| basis.points() == points) {
             Some(index) => index,
             None => {
@@ -109,36 +95,124 @@ impl<const AXES: usize> Player<AXES> {
         Ok(index as u8)
     }
 
-    /// The trajectory being played.
-    pub fn trajectory(&self) -> &Trajectory {
-        &self.trajectory
-    }
-
-    /// The values at `ticks` after the start; the last node's, exactly, from the end on. `None` if
-    /// nothing is loaded.
+    /// The values of `trajectory`, which this is the schedule of, at `ticks` after the start; the
+    /// last node's, exactly, from the end on. `None` if there is nothing to evaluate.
     ///
     /// An interval owns its start, where the local coordinate is exactly −1. Cost: a binary search
     /// over the intervals, then about (4 + 6 AXES) (N + 1) multiplications and additions.
     #[inline]
-    pub fn sample(&self, ticks: u32) -> Option<Sample<AXES>> {
-        let rows = self.rows();
-        if ticks >= self.trajectory.duration_ticks() {
+    pub fn sample<const AXES: usize>(
+        &self,
+        trajectory: &Trajectory,
+        ticks: u32,
+    ) -> Option<Sample<AXES>> {
+        let mut anywhere = u16::MAX;
+        self.sample_near(trajectory, ticks, &mut anywhere)
+    }
+
+    /// [`Schedule::sample`] without the search, for times that mostly advance: `near` is the
+    /// interval of the previous one, to begin with any number, and becomes that of this one.
+    #[inline]
+    pub fn sample_near<const AXES: usize>(
+        &self,
+        trajectory: &Trajectory,
+        ticks: u32,
+        near: &mut u16,
+    ) -> Option<Sample<AXES>> {
+        let rows = rows(trajectory);
+        if ticks >= trajectory.duration_ticks() {
             return rows.last().map(|&row| Sample::from_row(row));
         }
-        let following = self.spans.partition_point(|span| span.start_ticks <= ticks);
-        let span = self.spans.get(following.checked_sub(1)?)?;
+        let span = self.span_at(ticks, near)?;
         let x = span.local.coordinate(ticks - span.start_ticks);
         let basis = self.bases.get(usize::from(span.basis))?;
         let rows = rows.get(usize::from(span.first_row)..)?;
         Some(Sample::from_row(basis.evaluate(x, rows)))
     }
 
-    /// The first node's values, which is where the machine must stand. `None` if nothing is loaded.
-    pub fn first(&self) -> Option<Sample<AXES>> {
-        self.rows().first().map(|&row| Sample::from_row(row))
+    /// The last interval that starts at `ticks` or before.
+    #[inline]
+    fn span_at(&self, ticks: u32, near: &mut u16) -> Option<&Span> {
+        match self.spans.get(usize::from(*near)) {
+            Some(span) if span.local.contains(ticks.wrapping_sub(span.start_ticks)) => Some(span),
+            _ => self.search(ticks, near),
+        }
     }
 
-    fn rows(&self) -> &[[[f32; AXES]; QUANTITIES]] {
-        self.trajectory.coefficients().as_chunks().0.as_chunks().0
+    #[cold]
+    fn search(&self, ticks: u32, near: &mut u16) -> Option<&Span> {
+        let following = self.spans.partition_point(|span| span.start_ticks <= ticks);
+        let index = following.checked_sub(1)?;
+        *near = index as u16;
+        self.spans.get(index)
+    }
+}
+
+fn rows<const AXES: usize>(trajectory: &Trajectory) -> &[[[f32; AXES]; QUANTITIES]] {
+    trajectory.coefficients().as_chunks().0.as_chunks().0
+}
+
+impl<const AXES: usize> Sample<AXES> {
+    /// The first node's values, where a machine must stand. `None` if there is none.
+    pub fn first(trajectory: &Trajectory) -> Option<Self> {
+        rows(trajectory).first().map(|&row| Self::from_row(row))
+    }
+
+    /// The last node's values. `None` if there is none.
+    pub fn last(trajectory: &Trajectory) -> Option<Self> {
+        rows(trajectory).last().map(|&row| Self::from_row(row))
+    }
+}
+
+/// A trajectory of AXES axes with its schedule.
+#[derive(Debug, Clone)]
+pub struct Player<const AXES: usize> {
+    trajectory: Trajectory,
+    schedule: Schedule,
+}
+
+impl<const AXES: usize> Player<AXES> {
+    /// A player with nothing to play.
+    pub const fn empty() -> Self {
+        Self {
+            trajectory: Trajectory::empty(),
+            schedule: Schedule::empty(),
+        }
+    }
+
+    /// A player of a copy of `trajectory`.
+    pub fn new(trajectory: &Trajectory) -> Result<Self, TrajectoryError> {
+        let mut player = Self::empty();
+        player.load(trajectory)?;
+        Ok(player)
+    }
+
+    /// Copies `trajectory` in and prepares its schedule. If it has another number of axes, nothing
+    /// is changed.
+    pub fn load(&mut self, trajectory: &Trajectory) -> Result<(), TrajectoryError> {
+        if trajectory.axes() != AXES {
+            return Err(TrajectoryError::OtherAxes {
+                found: trajectory.axes(),
+                expected: AXES,
+            });
+        }
+        self.trajectory.copy_from(trajectory);
+        self.schedule.prepare(trajectory)
+    }
+
+    /// The trajectory being played.
+    pub fn trajectory(&self) -> &Trajectory {
+        &self.trajectory
+    }
+
+    /// [`Schedule::sample`] of the trajectory.
+    #[inline]
+    pub fn sample(&self, ticks: u32) -> Option<Sample<AXES>> {
+        self.schedule.sample(&self.trajectory, ticks)
+    }
+
+    /// [`Sample::first`] of the trajectory.
+    pub fn first(&self) -> Option<Sample<AXES>> {
+        Sample::first(&self.trajectory)
     }
 }

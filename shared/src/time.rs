@@ -41,6 +41,12 @@ impl LocalTime {
         }
     }
 
+    /// Whether a time after the interval's start is before its end.
+    #[inline]
+    pub fn contains(self, elapsed_ticks: u32) -> bool {
+        elapsed_ticks < self.duration_ticks
+    }
+
     /// Coordinate of `elapsed_ticks` after the interval's start; times beyond the end count as the
     /// end.
     #[inline]

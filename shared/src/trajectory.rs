@@ -12,8 +12,9 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use crate::assembly::Outline;
 use crate::basis::MAX_POINTS;
-use crate::{Limits, hash, wire};
+use crate::{Limits, MAX_AXES, hash, wire};
 
 pub use crate::error::TrajectoryError;
 
@@ -78,15 +79,26 @@ impl Header {
     }
 }
 
+impl Header {
+    /// The header at the beginning of an encoded trajectory, of which nothing else is read.
+    pub fn of(bytes: &[u8]) -> Result<Self, TrajectoryError> {
+        wire::header(bytes)
+    }
+}
+
 /// Number of values in an interval of N `points`: (N + 1) × 3 × axes.
 pub const fn coefficient_count(points: usize, axes: usize) -> usize {
     (points + 1) * QUANTITIES * axes
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Span {
-    duration_ticks: u32,
-    points: u8,
+/// Size of one interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Span {
+    /// Duration in ticks of 0.1 µs.
+    pub duration_ticks: u32,
+    /// Number N of LGR points.
+    pub points: u8,
 }
 
 /// A planned move of fixed capacity. Made by [`TrajectoryBuilder`] or [`Trajectory::decode`].
@@ -113,10 +125,18 @@ pub struct Interval<'a> {
 
 impl Trajectory {
     /// A trajectory without intervals, as a place to load one into. It cannot be encoded into
-    /// anything `decode` accepts.
+    /// anything `decode` accepts. All its bytes are zero, so that a static one takes no flash.
     pub const fn empty() -> Self {
         Self {
-            header: Header::new(0, 0, 0),
+            header: Header {
+                magic: [0; 4],
+                version: 0,
+                id: 0,
+                axes: 0,
+                duration_ticks: 0,
+                limits_hash: 0,
+                content_hash: 0,
+            },
             spans: Vec::new(),
             coefficients: Vec::new(),
         }
@@ -174,6 +194,22 @@ impl Trajectory {
             .map_err(|_| TrajectoryError::BufferTooSmall { available })
     }
 
+    /// Hands the bytes of [`Trajectory::encode`] to `sink` piece by piece, for a board that has no
+    /// buffer for all of them. Returns false when the sink has returned false.
+    pub fn encode_into(&self, sink: impl FnMut(&[u8]) -> bool) -> bool {
+        wire::encode_into(self, sink)
+    }
+
+    /// Number of bytes of [`Trajectory::encode`].
+    pub fn encoded_bytes(&self) -> usize {
+        let mut bytes = 0;
+        self.encode_into(|piece| {
+            bytes += piece.len();
+            true
+        });
+        bytes
+    }
+
     /// Reads a trajectory, strictly: every count and hash must agree and no byte may be left over.
     pub fn decode(bytes: &[u8]) -> Result<Self, TrajectoryError> {
         let mut trajectory = Self::empty();
@@ -186,9 +222,16 @@ impl Trajectory {
     pub fn decode_from(&mut self, bytes: &[u8]) -> Result<(), TrajectoryError> {
         let result = wire::decode(bytes, self);
         if result.is_err() {
-            self.reset(0, 0, 0);
+            self.clear();
         }
         result
+    }
+
+    /// Takes everything out: [`Trajectory::empty`] in place.
+    pub fn clear(&mut self) {
+        self.reset(0, 0, 0);
+        self.header.magic = [0; 4];
+        self.header.version = 0;
     }
 
     /// Makes `self` equal to `other` in place.
@@ -199,6 +242,32 @@ impl Trajectory {
         // Equal capacities: these cannot fail.
         let _ = self.spans.extend_from_slice(&other.spans);
         let _ = self.coefficients.extend_from_slice(&other.coefficients);
+    }
+
+    pub(crate) fn spans(&self) -> &[Span] {
+        &self.spans
+    }
+
+    pub(crate) fn coefficients_mut(&mut self) -> &mut [f32] {
+        &mut self.coefficients
+    }
+
+    /// Makes room for the trajectory that `outline` describes, with all values zero and no hash.
+    pub(crate) fn lay_out(&mut self, outline: &Outline) -> Result<(), TrajectoryError> {
+        let axes = usize::from(outline.axes);
+        if !(1..=MAX_AXES).contains(&axes) {
+            return Err(TrajectoryError::Axes { axes });
+        }
+        if outline.spans.is_empty() {
+            return Err(TrajectoryError::NoIntervals);
+        }
+        self.reset(outline.id, outline.axes, outline.limits_hash);
+        for span in &outline.spans {
+            let points = usize::from(span.points);
+            let count = coefficient_count(points, axes);
+            self.push(span.duration_ticks, points, (0..count).map(|_| 0.0))?;
+        }
+        Ok(())
     }
 
     pub(crate) fn reset(&mut self, id: u32, axes: u8, limits_hash: u64) {
@@ -256,6 +325,7 @@ impl Trajectory {
         values: impl ExactSizeIterator<Item = f32>,
     ) -> Result<(), TrajectoryError> {
         self.header.duration_ticks = self.expect_room(duration_ticks, points, values.len())?;
+        self.header.content_hash = 0;
         // There is room: these cannot fail.
         let _ = self.spans.push(Span {
             duration_ticks,
@@ -268,7 +338,7 @@ impl Trajectory {
     }
 
     /// Computes the content hash, writes it into the header and returns it.
-    pub(crate) fn seal(&mut self) -> u64 {
+    pub(crate) fn write_hash(&mut self) -> u64 {
         self.header.content_hash = 0;
         self.header.content_hash = hash::of(&wire::Whole(self));
         self.header.content_hash
@@ -332,7 +402,7 @@ impl TrajectoryBuilder {
         if self.trajectory.spans.is_empty() {
             return Err(TrajectoryError::NoIntervals);
         }
-        self.trajectory.seal();
+        self.trajectory.write_hash();
         Ok(self.trajectory)
     }
 }

@@ -1,6 +1,7 @@
 //! The trajectory's postcard bytes, written piece by piece from flat storage and read back
 //! strictly.
 
+use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::MAX_AXES;
@@ -37,6 +38,33 @@ impl Serialize for Intervals<'_> {
     }
 }
 
+/// Where pieces of bytes go until one is not taken.
+struct Sink<F>(F);
+
+impl<F: FnMut(&[u8]) -> bool> Flavor for Sink<F> {
+    type Output = ();
+
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        self.try_extend(&[byte])
+    }
+
+    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+        if self.0(bytes) {
+            Ok(())
+        } else {
+            Err(postcard::Error::SerializeBufferFull)
+        }
+    }
+
+    fn finalize(self) -> postcard::Result<()> {
+        Ok(())
+    }
+}
+
+pub(crate) fn encode_into(trajectory: &Trajectory, sink: impl FnMut(&[u8]) -> bool) -> bool {
+    postcard::serialize_with_flavor(&Whole(trajectory), Sink(sink)).is_ok()
+}
+
 /// Bytes not read yet.
 struct Reader<'a> {
     rest: &'a [u8],
@@ -44,6 +72,24 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
+    /// Reads from the beginning, where magic and version come first and are single bytes, so that
+    /// a reader of any version finds them.
+    fn new(bytes: &'a [u8]) -> Result<Self, TrajectoryError> {
+        let truncated = TrajectoryError::Truncated { bytes: bytes.len() };
+        let (&found, versioned) = bytes.split_first_chunk().ok_or(truncated)?;
+        if found != MAGIC {
+            return Err(TrajectoryError::Magic { found });
+        }
+        match versioned.first() {
+            Some(&FORMAT_VERSION) => Ok(Self {
+                rest: bytes,
+                total: bytes.len(),
+            }),
+            Some(&found) => Err(TrajectoryError::Version { found }),
+            None => Err(truncated),
+        }
+    }
+
     fn take<T: Deserialize<'a>>(&mut self) -> Result<T, TrajectoryError> {
         match postcard::take_from_bytes(self.rest) {
             Ok((value, rest)) => {
@@ -75,26 +121,13 @@ impl<'a> Reader<'a> {
     }
 }
 
+pub(crate) fn header(bytes: &[u8]) -> Result<Header, TrajectoryError> {
+    Reader::new(bytes)?.take()
+}
+
 /// Reads `bytes` into `trajectory`, whose content is undefined but consistent after an error.
 pub(crate) fn decode(bytes: &[u8], trajectory: &mut Trajectory) -> Result<(), TrajectoryError> {
-    // Magic and version come first and are single bytes, so that a reader of any version finds
-    // them.
-    let Some((&found, versioned)) = bytes.split_first_chunk() else {
-        return Err(TrajectoryError::Truncated { bytes: bytes.len() });
-    };
-    if found != MAGIC {
-        return Err(TrajectoryError::Magic { found });
-    }
-    match versioned.first() {
-        Some(&FORMAT_VERSION) => {}
-        Some(&found) => return Err(TrajectoryError::Version { found }),
-        None => return Err(TrajectoryError::Truncated { bytes: bytes.len() }),
-    }
-
-    let mut reader = Reader {
-        rest: bytes,
-        total: bytes.len(),
-    };
+    let mut reader = Reader::new(bytes)?;
     let header: Header = reader.take()?;
     let axes = usize::from(header.axes);
     if !(1..=MAX_AXES).contains(&axes) {
@@ -129,7 +162,7 @@ pub(crate) fn decode(bytes: &[u8], trajectory: &mut Trajectory) -> Result<(), Tr
             sum_ticks,
         });
     }
-    let computed = trajectory.seal();
+    let computed = trajectory.write_hash();
     if header.content_hash != computed {
         return Err(TrajectoryError::ContentHash {
             stored: header.content_hash,

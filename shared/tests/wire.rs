@@ -8,7 +8,7 @@ use stillpoint_shared::trajectory::{
     MAX_BASES, MAX_COEFFICIENTS, MAX_ENCODED_BYTES, MAX_INTERVALS, coefficient_count,
 };
 use stillpoint_shared::{
-    AxisLimits, Limits, LimitsError, Trajectory, TrajectoryBuilder, TrajectoryError,
+    AxisLimits, LimitName, Limits, LimitsError, Trajectory, TrajectoryBuilder, TrajectoryError,
 };
 
 fn encoded(trajectory: &Trajectory) -> Vec<u8> {
@@ -242,7 +242,7 @@ fn limits_refuse_impossible_numbers_also_from_the_wire() {
     };
     let refused = LimitsError::Value {
         axis: 1,
-        name: "torque_nm",
+        name: LimitName::Torque,
         value: 0.0,
     };
     assert_eq!(Limits::new(&[good, no_torque]), Err(refused));

@@ -3,8 +3,9 @@
 
 use nalgebra::SVector;
 use stillpoint_firmware::{
-    Config, DriveGroup, DriveStatus, Executor, Feedback, IdealDrives, Setpoint,
+    Config, DriveGroup, DriveStatus, Executor, Feedback, IdealDrives, Setpoint, State, TickInputs,
 };
+use stillpoint_shared::assembly::{self, Outline};
 use stillpoint_shared::{AxisLimits, Limits, Trajectory, TrajectoryBuilder, lgr};
 
 pub(crate) const AXES: usize = 2;
@@ -92,6 +93,72 @@ pub(crate) fn late_push(limits: &Limits, c: f64) -> Trajectory {
 
 pub(crate) fn executor() -> Executor<AXES> {
     Executor::new(limits(), Config::default()).unwrap()
+}
+
+/// Nothing to report from the board.
+pub(crate) const FINE: TickInputs = TickInputs {
+    emergency_stop: false,
+    busy_ticks: 0,
+    missed_ticks: 0,
+};
+
+/// Executor and drives brought to a state with the test move loaded, unless it is `Idle`.
+pub(crate) fn brought_to(state: State) -> (Executor<AXES>, Drives) {
+    let (mut executor, mut drives) = (executor(), Drives::at(&start()));
+    executor.tick(&mut drives, &FINE);
+    if state == State::Idle {
+        return (executor, drives);
+    }
+    executor.load(&trajectory(), &start()).unwrap();
+    match state {
+        State::Ready => return (executor, drives),
+        State::Loading => {
+            begin(&mut executor, &trajectory());
+            return (executor, drives);
+        }
+        _ => {}
+    }
+    executor.arm().unwrap();
+    executor.tick(&mut drives, &FINE);
+    if state == State::Armed {
+        return (executor, drives);
+    }
+    executor.start(&executor.start_request()).unwrap();
+    let mut until = |executor: &mut Executor<AXES>, wanted| {
+        while executor.state() != wanted {
+            assert_eq!(executor.tick(&mut drives, &FINE).fault, None);
+        }
+    };
+    match state {
+        State::Running => {}
+        State::Holding => executor.hold().unwrap(),
+        State::Held => {
+            executor.hold().unwrap();
+            until(&mut executor, State::Held);
+        }
+        State::Done => until(&mut executor, State::Done),
+        State::Stopping => executor.quick_stop(),
+        State::Fault => executor.emergency_stop(),
+        other => panic!("no way to {other:?}"),
+    }
+    assert_eq!(executor.state(), state);
+    (executor, drives)
+}
+
+/// Begins an upload and sends all blocks.
+pub(crate) fn begin(executor: &mut Executor<AXES>, trajectory: &Trajectory) {
+    let outline = Outline::of(trajectory);
+    executor.begin_load(&outline).unwrap();
+    for block in 0..executor.arrived().blocks {
+        let bytes = block_bytes(trajectory, block);
+        executor.load_block(outline.tag(), block, &bytes).unwrap();
+    }
+}
+
+/// A block as it is sent.
+pub(crate) fn block_bytes(trajectory: &Trajectory, block: u8) -> Vec<u8> {
+    let values = assembly::block(trajectory, block).iter();
+    values.flat_map(|value| value.to_le_bytes()).collect()
 }
 
 /// A hook on the feedback.

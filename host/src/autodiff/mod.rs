@@ -109,6 +109,7 @@ macro_rules! remaining_operators {
     ([$($generics:tt)*] $type:ty) => {
         impl<$($generics)*> std::ops::Div for $type {
             type Output = Self;
+            #[expect(clippy::suspicious_arithmetic_impl, reason = "a quotient is a product with the reciprocal")]
             fn div(self, rhs: Self) -> Self {
                 self * $crate::autodiff::Scalar::recip(rhs)
             }

@@ -1,7 +1,7 @@
 //! `stillpoint demo`: the paper's move, planned, played and compared.
 
-use super::{Failure, create_folder, encode, terminal, write_file};
-use crate::movefile::MoveFile;
+use super::{Failure, create_folder, encode, output, terminal, write_file};
+use crate::movefile::{MoveFile, PAPER_MOVE};
 use crate::nlp::Pounce;
 use crate::plan::plan;
 use crate::report::summary_json;
@@ -9,9 +9,7 @@ use crate::study::{Document, Run, StudyError, equal_quintic, paper_row, play, sh
 use clap::Args;
 use std::path::PathBuf;
 use std::time::Instant;
-
-/// The paper's move comes with the program, so that the demo runs anywhere.
-const PAPER: &str = include_str!("../../moves/paper.toml");
+use stillpoint_shared::time;
 
 /// Show what Stillpoint does.
 #[derive(Debug, Args)]
@@ -23,7 +21,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let started = Instant::now();
-    let file = MoveFile::parse(PAPER, "paper.toml")?;
+    let file = MoveFile::parse(PAPER_MOVE, "paper.toml")?;
     terminal::step(
         "planning the paper's move; in parallel, what a user would pick instead: shaped quintics",
     );
@@ -40,34 +38,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     terminal::step("playing it, and the quintic of equal duration, through the board's executor");
     let drawn = [
         play("stillpoint", &file, &plan.trajectory)?,
-        equal_quintic("quintic, equal duration", &file, plan.solution.duration_s)?,
+        equal_quintic(
+            "quintic, equal duration",
+            &file,
+            time::seconds(plan.trajectory.duration_ticks()),
+        )?,
     ];
-    let rows = drawn.iter().map(Run::row);
+    let rows = drawn.iter().chain(&shaped).map(|run| run.row(&file));
+    let mut rows: Vec<_> = rows.collect();
+    rows.insert(drawn.len(), paper_row());
     let document = Document {
         file: &file,
         trajectory: &plan.trajectory,
         plan: Some(&plan),
-        rows: rows
-            .chain([paper_row()])
-            .chain(shaped.iter().map(Run::row))
-            .collect(),
+        rows,
         drawn: &drawn,
-        paper: true,
+        remarks: Vec::new(),
     };
     create_folder(&arguments.out)?;
     let write = |name: &str, bytes: &[u8]| write_file(&arguments.out.join(name), bytes);
     write("paper.spt", &encode(&plan.trajectory)?)?;
     write("summary.json", summary_json(&document.rows).as_bytes())?;
     write("report.html", document.html().as_bytes())?;
-    println!("{}", document.table());
-    println!(
-        "Played by the board's executor on simulated drives; the shortest quintics with drives that follow exactly. Paper: \
-         measured, read from its text."
-    );
-    println!(
-        "{:.2} s in all. Look at {}.",
+    output::text(&format!(
+        "{}\nPlayed by the board's executor on simulated drives; the shortest quintics with drives that follow exactly. Paper: \
+         measured, read from its text.\n{:.2} s in all. Look at {}.\n",
+        document.table(),
         started.elapsed().as_secs_f64(),
         arguments.out.join("report.html").display()
-    );
-    Ok(())
+    ))
 }

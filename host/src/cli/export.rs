@@ -1,6 +1,6 @@
 //! `stillpoint export F.spt --csv --rate HZ`
 
-use super::{Failure, read_trajectory, write_file};
+use super::{Failure, output, read_trajectory, write_file};
 use clap::Args;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -47,7 +47,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }?;
     match &arguments.out {
         Some(path) => write_file(path, text.as_bytes())?,
-        None => print!("{text}"),
+        None => output::text(&text)?,
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! `stillpoint info F.spt`
 
-use super::{Failure, encode, read_trajectory};
+use super::{Failure, encode, output, read_trajectory};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ pub(super) struct Arguments {
     trajectory: PathBuf,
     /// Print the result as one JSON object on stdout
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -36,30 +36,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             "bytes": bytes,
             "intervals": intervals,
         });
-        println!("{object}");
-        return Ok(());
+        return output::object(&object);
     }
-    println!(
-        "move {} in format {}, {bytes} bytes",
-        header.id, header.version
-    );
-    println!(
-        "  {} axes, {:.4} ms ({} ticks of 0.1 µs)",
+    let mut text = format!(
+        "move {} in format {}, {bytes} bytes\n  {} axes, {:.4} ms ({} ticks of 0.1 µs)\n  content {:016x}, planned for limits {:016x}\n",
+        header.id,
+        header.version,
         header.axes,
         time::seconds(header.duration_ticks) * 1e3,
-        header.duration_ticks
-    );
-    println!(
-        "  content {:016x}, planned for limits {:016x}",
-        header.content_hash, header.limits_hash
+        header.duration_ticks,
+        header.content_hash,
+        header.limits_hash
     );
     for (index, interval) in trajectory.intervals().enumerate() {
-        println!(
-            "  interval {}: {:.4} ms, {} points",
+        text += &format!(
+            "  interval {}: {:.4} ms, {} points\n",
             index + 1,
             time::seconds(interval.duration_ticks) * 1e3,
             interval.points
         );
     }
-    Ok(())
+    output::text(&text)
 }

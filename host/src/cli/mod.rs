@@ -4,14 +4,20 @@
 mod demo;
 mod export;
 mod info;
+mod output;
 mod plan;
 mod report;
 mod simulate;
 mod terminal;
 
 use clap::{Parser, Subcommand};
+use serde_json::json;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
+use stillpoint_shared::trajectory::MAX_ENCODED_BYTES;
 use stillpoint_shared::{Trajectory, TrajectoryError};
 
 /// Plans the fastest move of a flexible machine that ends still, checks it, and plays it through the board's executor.
@@ -47,24 +53,54 @@ enum Command {
 /// An error for the user, already in words.
 type Failure = Box<dyn std::error::Error>;
 
+impl Command {
+    /// Whether a failure, too, has to be one JSON object on stdout.
+    fn json(&self) -> bool {
+        match self {
+            Self::Plan(arguments) => arguments.json,
+            Self::Simulate(arguments) => arguments.json,
+            Self::Info(arguments) => arguments.json,
+            Self::Report(_) | Self::Export(_) | Self::Demo(_) => false,
+        }
+    }
+
+    fn run(&self) -> Result<(), Failure> {
+        match self {
+            Self::Plan(arguments) => plan::run(arguments),
+            Self::Simulate(arguments) => simulate::run(arguments),
+            Self::Report(arguments) => report::run(arguments),
+            Self::Info(arguments) => info::run(arguments),
+            Self::Export(arguments) => export::run(arguments),
+            Self::Demo(arguments) => demo::run(arguments),
+        }
+    }
+}
+
 /// Runs the command of this process.
 #[must_use]
 pub fn run() -> ExitCode {
-    let result = match Cli::parse().command {
-        Command::Plan(arguments) => return plan::run(&arguments),
-        Command::Simulate(arguments) => simulate::run(&arguments),
-        Command::Report(arguments) => report::run(&arguments),
-        Command::Info(arguments) => info::run(&arguments),
-        Command::Export(arguments) => export::run(&arguments),
-        Command::Demo(arguments) => demo::run(&arguments),
+    let started = Instant::now();
+    let command = match Cli::try_parse() {
+        Ok(cli) => cli.command,
+        Err(usage) => {
+            if usage.use_stderr() && std::env::args().any(|argument| argument == "--json") {
+                let message = usage.render().to_string();
+                let _ = output::object(&json!({"status": "error", "message": message}));
+            }
+            usage.exit()
+        }
     };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
+    let Err(failure) = command.run() else {
+        return ExitCode::SUCCESS;
+    };
+    eprintln!("error: {failure}");
+    if command.json() {
+        let object = plan::failed(failure.as_ref(), started.elapsed());
+        if let Err(failure) = output::object(&object) {
             eprintln!("error: {failure}");
-            ExitCode::FAILURE
         }
     }
+    ExitCode::FAILURE
 }
 
 /// A file that cannot be read or written.
@@ -85,11 +121,16 @@ struct TrajectoryFileError {
 }
 
 fn read_trajectory(path: &Path) -> Result<Trajectory, Failure> {
-    let bytes = std::fs::read(path).map_err(|source| FileError {
-        verb: "read",
-        path: path.to_owned(),
-        source,
-    })?;
+    let mut bytes = Vec::new();
+    // One byte more than any trajectory has is enough to refuse a file.
+    let most = MAX_ENCODED_BYTES as u64 + 1;
+    File::open(path)
+        .and_then(|file| file.take(most).read_to_end(&mut bytes))
+        .map_err(|source| FileError {
+            verb: "read",
+            path: path.to_owned(),
+            source,
+        })?;
     Ok(
         Trajectory::decode(&bytes).map_err(|source| TrajectoryFileError {
             path: path.to_owned(),
@@ -115,7 +156,7 @@ fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 }
 
 fn encode(trajectory: &Trajectory) -> Result<Vec<u8>, TrajectoryError> {
-    let mut buffer = vec![0; stillpoint_shared::trajectory::MAX_ENCODED_BYTES];
+    let mut buffer = vec![0; MAX_ENCODED_BYTES];
     let length = trajectory.encode(&mut buffer)?.len();
     buffer.truncate(length);
     Ok(buffer)

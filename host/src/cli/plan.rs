@@ -1,14 +1,13 @@
 //! `stillpoint plan MOVE.toml`
 
-use super::{Failure, encode, terminal, write_file};
+use super::{Failure, encode, output, terminal, write_file};
 use crate::movefile::MoveFile;
 use crate::nlp::{NlpSolver, Pounce};
 use crate::plan::{Effort, Plan, PlanError, plan};
 use clap::{Args, ValueEnum};
 use serde_json::{Map, Value, json};
-use std::path::PathBuf;
-use std::process::ExitCode;
-use std::time::Instant;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Plan a move.
 #[derive(Debug, Args)]
@@ -27,7 +26,7 @@ pub(super) struct Arguments {
     limits: LimitsAt,
     /// Print the result as one JSON object on stdout
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
     /// Log every iteration of the solver
     #[arg(long)]
     log: bool,
@@ -63,98 +62,113 @@ impl Solver {
     }
 }
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let started = Instant::now();
-    let result = execute(arguments);
-    let total_s = started.elapsed().as_secs_f64();
-    let (mut object, code) = match &result {
-        Ok((plan, out)) => (success(plan, out), ExitCode::SUCCESS),
-        Err(failure) => {
-            eprintln!("error: {failure}");
-            (failed(failure.as_ref()), ExitCode::FAILURE)
-        }
-    };
+    let (plan, out) = execute(arguments)?;
+    let total = started.elapsed();
     if arguments.json {
-        if let Some(seconds) = object.get_mut("seconds").and_then(Value::as_object_mut) {
-            seconds.insert("total".into(), json!(total_s));
-        }
-        println!("{}", Value::Object(object));
-    } else if let Ok((plan, out)) = &result {
-        print_words(plan, out, total_s);
+        output::object(&success(&plan, &out, total))
+    } else {
+        output::text(&words(&plan, &out, total))
     }
-    code
 }
 
 fn execute(arguments: &Arguments) -> Result<(Plan, PathBuf), Failure> {
     let LimitsAt::Nodes = arguments.limits;
     let file = MoveFile::read(&arguments.file)?;
     let solver = arguments.solver.get()?;
+    let out =
+        (arguments.out.clone()).unwrap_or_else(|| PathBuf::from(format!("{}.spt", file.name)));
+    if let Some(folder) = out
+        .parent()
+        .filter(|f| !f.as_os_str().is_empty() && !f.is_dir())
+    {
+        // Better now than after the solve.
+        return Err(format!(
+            "cannot write {}: there is no folder {}",
+            out.display(),
+            folder.display()
+        )
+        .into());
+    }
     let progress = terminal::solver_progress(arguments.json, arguments.log);
     let result = plan(&file, solver.as_ref(), progress);
     terminal::end_progress(arguments.json, arguments.log);
     let plan = result?;
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(&file.name).with_extension("spt"));
     write_file(&out, &encode(&plan.trajectory)?)?;
+    if let Some(warning) = plan.warning() {
+        eprintln!("warning: {warning}");
+    }
     Ok((plan, out))
 }
 
-fn effort(effort: &Effort) -> Map<String, Value> {
-    let mut object = Map::new();
-    object.insert("status".into(), json!(effort.status.to_string()));
-    object.insert("solver".into(), json!(effort.solver));
-    object.insert("iterations".into(), json!(effort.iterations));
-    object.insert("variables".into(), json!(effort.variables));
-    object.insert("constraints".into(), json!(effort.constraints));
-    let seconds = json!({
-        "setup": effort.setup.as_secs_f64(),
-        "solve": effort.solve.as_secs_f64(),
-        "check": effort.check.as_secs_f64(),
-    });
-    object.insert("seconds".into(), seconds);
-    object
+fn effort(effort: &Effort, total: Duration) -> Value {
+    json!({
+        "status": effort.status.to_string(),
+        "solver": effort.solver,
+        "iterations": effort.iterations,
+        "variables": effort.variables,
+        "constraints": effort.constraints,
+        "seconds": {
+            "setup": effort.setup.as_secs_f64(),
+            "solve": effort.solve.as_secs_f64(),
+            "check": effort.check.as_secs_f64(),
+            "total": total.as_secs_f64(),
+        },
+    })
 }
 
-fn success(plan: &Plan, out: &std::path::Path) -> Map<String, Value> {
-    let mut object = effort(&plan.effort);
-    object.insert("duration_s".into(), json!(plan.solution.duration_s));
+fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
+    let mut object = effort(&plan.effort, total);
     let violation = plan.largest_violation.as_ref().map(|v| {
         json!({"limit": v.limit, "time_s": v.time_s, "value": v.value, "bound": v.bound, "relative": v.relative()})
     });
-    object.insert("largest_violation".into(), json!(violation));
-    object.insert("end_miss".into(), json!(plan.end_miss.largest()));
     let by_state: Map<String, Value> = (plan.end_miss.states.iter())
-        .map(|(name, miss)| (name.clone(), json!(miss)))
+        .map(|miss| {
+            (
+                miss.name.clone(),
+                json!({"miss": miss.miss, "relative": miss.relative()}),
+            )
+        })
         .collect();
-    object.insert("end_miss_by_state".into(), Value::Object(by_state));
-    object.insert("trajectory".into(), json!(out.display().to_string()));
+    object["duration_s"] = json!(plan.solution.duration_s);
+    object["largest_violation"] = json!(violation);
+    object["end_miss"] = json!(plan.end_miss.largest());
+    object["end_miss_relative"] = json!(plan.end_miss.worst().map(|miss| miss.relative()));
+    object["end_miss_by_state"] = Value::Object(by_state);
+    object["warning"] = json!(plan.warning());
+    object["trajectory"] = json!(out.display().to_string());
     object
 }
 
-fn failed(failure: &(dyn std::error::Error + 'static)) -> Map<String, Value> {
+/// What a failed command says in JSON.
+pub(super) fn failed(failure: &(dyn std::error::Error + 'static), total: Duration) -> Value {
     let mut object = match failure.downcast_ref::<PlanError>() {
         Some(PlanError::Unsolved(diagnosis, spent)) => {
-            let mut object = effort(spent);
-            object.insert("duration_s".into(), json!(diagnosis.duration_s));
+            let mut object = effort(spent, total);
             let worst = diagnosis.worst.as_ref().map(|v| {
                 json!({"constraint": v.name, "dynamics": v.dynamics, "time_s": v.time_s, "amount": v.amount})
             });
-            object.insert("violated_most".into(), json!(worst));
             let saturated: Vec<Value> = (diagnosis.saturated.iter())
                 .map(|s| json!({"limit": s.name, "share": s.share, "from_s": s.from_s, "to_s": s.to_s}))
                 .collect();
-            object.insert("saturated".into(), json!(saturated));
+            object["duration_s"] = json!(diagnosis.duration_s);
+            object["violated_most"] = json!(worst);
+            object["saturated"] = json!(saturated);
             object
         }
-        _ => Map::from_iter([("status".to_owned(), json!("error"))]),
+        Some(PlanError::Missed { effort: spent, .. } | PlanError::Check { effort: spent, .. }) => {
+            let mut object = effort(spent, total);
+            object["status"] = json!("inaccurate");
+            object
+        }
+        _ => json!({"status": "error"}),
     };
-    object.insert("message".into(), json!(failure.to_string()));
+    object["message"] = json!(failure.to_string());
     object
 }
 
-fn print_words(plan: &Plan, out: &std::path::Path, total_s: f64) {
+fn words(plan: &Plan, out: &Path, total: Duration) -> String {
     let Effort {
         solver,
         iterations,
@@ -165,32 +179,33 @@ fn print_words(plan: &Plan, out: &std::path::Path, total_s: f64) {
         check,
         ..
     } = &plan.effort;
-    println!(
-        "{:.3} ms, written to {}",
+    let mut text = format!(
+        "{:.3} ms, written to {}\n  {solver}: {iterations} iterations, {variables} variables, {constraints} constraints\n",
         plan.solution.duration_s * 1e3,
         out.display()
     );
-    println!(
-        "  {solver}: {iterations} iterations, {variables} variables, {constraints} constraints"
-    );
-    println!(
-        "  setup {:.3} s, solve {:.3} s, check {:.3} s, in all {total_s:.3} s",
+    text += &format!(
+        "  setup {:.3} s, solve {:.3} s, check {:.3} s, in all {:.3} s\n",
         setup.as_secs_f64(),
         solve.as_secs_f64(),
-        check.as_secs_f64()
+        check.as_secs_f64(),
+        total.as_secs_f64()
     );
-    println!(
-        "  the dynamics integrated under the planned control miss the end by {:.1e} (largest coordinate, SI)",
-        plan.end_miss.largest()
-    );
+    if let Some(worst) = plan.end_miss.worst() {
+        text += &format!(
+            "  integrated under the planned control the machine misses the end by {:.1e} of a state's range at most ({})\n",
+            worst.relative(),
+            worst.name
+        );
+    }
     if let Some(v) = &plan.largest_violation {
         let relation = if v.relative() > 0.0 {
             "exceeds"
         } else {
             "stays inside"
         };
-        println!(
-            "  between the points {} {relation} its limit by {:.2} % at {:.3} ms ({:.6} against {:.6})",
+        text += &format!(
+            "  between the points {} {relation} its limit by {:.2} % at {:.3} ms ({:.6} against {:.6})\n",
             v.limit,
             v.relative().abs() * 100.0,
             v.time_s * 1e3,
@@ -198,4 +213,5 @@ fn print_words(plan: &Plan, out: &std::path::Path, total_s: f64) {
             v.bound
         );
     }
+    text
 }

@@ -1,8 +1,8 @@
 //! `stillpoint report F.spt --move MOVE.toml`
 
-use super::{Failure, read_trajectory, terminal, write_file};
+use super::{Failure, output, read_trajectory, terminal, write_file};
 use crate::movefile::MoveFile;
-use crate::study::{Document, Run, equal_quintic, play};
+use crate::study::{Document, equal_quintic, play};
 use clap::Args;
 use std::path::PathBuf;
 use stillpoint_shared::time;
@@ -28,26 +28,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = MoveFile::read(&arguments.file)?;
     let trajectory = read_trajectory(&arguments.trajectory)?;
     terminal::step("playing the trajectory and the quintic of equal duration");
-    let own = play(&file.name, &file, &trajectory)?;
+    let own = play("stillpoint", &file, &trajectory)?;
     let duration_s = time::seconds(trajectory.duration_ticks());
-    let quintic = equal_quintic("quintic, equal duration", &file, duration_s)?;
-    let drawn = [own, quintic];
+    let mut drawn = vec![own];
+    let mut remarks = Vec::new();
+    match equal_quintic("quintic, equal duration", &file, duration_s) {
+        Ok(quintic) => drawn.push(quintic),
+        Err(error) => {
+            eprintln!("warning: no quintic to compare with: {error}");
+            remarks.push(format!("No quintic to compare with: {error}."));
+        }
+    }
     let document = Document {
         file: &file,
         trajectory: &trajectory,
         plan: None,
-        rows: drawn.iter().map(Run::row).collect(),
+        rows: drawn.iter().map(|run| run.row(&file)).collect(),
         drawn: &drawn,
-        paper: false,
+        remarks,
     };
     write_file(&arguments.out, document.html().as_bytes())?;
-    println!("written to {}", arguments.out.display());
+    output::line(&format!("written to {}", arguments.out.display()))?;
     if let Some(folder) = &arguments.figures {
         super::create_folder(folder)?;
         for figure in document.figures() {
             let path = folder.join(format!("{}.svg", figure.id));
             write_file(&path, figure.svg().as_bytes())?;
-            println!("written to {}", path.display());
+            output::line(&format!("written to {}", path.display()))?;
         }
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! `stillpoint simulate F.spt --move MOVE.toml`
 
-use super::{Failure, read_trajectory};
+use super::{Failure, output, read_trajectory};
 use crate::movefile::MoveFile;
 use crate::study::{Document, play};
 use clap::Args;
@@ -18,7 +18,7 @@ pub(super) struct Arguments {
     file: PathBuf,
     /// Print the result as one JSON object on stdout
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -30,26 +30,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let ticks = limited
             .filter(|c| c.limited.iter().any(|flags| !flags.is_empty()))
             .count();
-        println!(
-            "{}",
-            json!({"name": run.name, "metrics": run.metrics, "limited_ticks": ticks})
+        return output::object(
+            &json!({"name": run.name, "metrics": run.metrics, "limited_ticks": ticks}),
         );
-    } else {
-        let document = Document {
-            file: &file,
-            trajectory: &trajectory,
-            plan: None,
-            rows: vec![run.row()],
-            drawn: &[],
-            paper: false,
-        };
-        print!("{}", document.table());
-        for peak in &run.metrics.elastic_displacement {
-            println!(
-                "{}: {:.4e} {} at most, {:.4e} {} left after the move",
-                peak.label, peak.peak, peak.unit, peak.residual, peak.unit
-            );
-        }
     }
-    Ok(())
+    let document = Document {
+        file: &file,
+        trajectory: &trajectory,
+        plan: None,
+        rows: vec![run.row(&file)],
+        drawn: &[],
+        remarks: Vec::new(),
+    };
+    let mut text = document.table();
+    for peak in &run.metrics.elastic_displacement {
+        text += &format!(
+            "{}: {:.4e} {} at most, {:.4e} {} left after the move\n",
+            peak.label, peak.peak, peak.unit, peak.residual, peak.unit
+        );
+    }
+    output::text(&text)
 }

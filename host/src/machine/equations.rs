@@ -89,11 +89,11 @@ fn pass<M: Machine, const W: usize>(
     let (q_dual, rest) = points.split_at(n);
     let (v_dual, a_dual) = rest.split_at(n);
     machine.dynamics(q_dual, v_dual, a_dual, force, jacobian);
-    for row in 0..n {
-        out.bias[row] = force[row].value;
-        for column in first..n.min(first + W) {
-            out.mass_matrix[row * n + column] = force[row].gradient[column - first];
-        }
+    for (row, entry) in force.iter().enumerate() {
+        out.bias[row] = entry.value;
+        let columns = first..n.min(first + W);
+        out.mass_matrix[row * n..][columns.clone()]
+            .copy_from_slice(&entry.gradient[..columns.len()]);
     }
     for axis in 0..axes {
         let row = &jacobian[axis * n..(axis + 1) * n];

@@ -30,6 +30,8 @@ pub trait Machine: Clone + Send + Sync + 'static {
     const COORDINATES: usize;
     /// Number of driven joints.
     const AXES: usize;
+    /// Whether [`Machine::joint_angles`] gives angles within one turn, which jump by 2π; otherwise they count turns.
+    const ANGLES_WRAP: bool;
 
     /// Left-hand side of the equations of motion and the joint Jacobian.
     ///
@@ -44,7 +46,7 @@ pub trait Machine: Clone + Send + Sync + 'static {
         joint_jacobian: &mut [S],
     );
 
-    /// Joint angles θ(q) in rad, length `AXES`. Continuous except for jumps by 2π.
+    /// Joint angles θ(q) in rad, length `AXES`; see [`Machine::ANGLES_WRAP`].
     fn joint_angles<S: Scalar>(&self, q: &[S], angles_rad: &mut [S]);
 
     /// Quantities that people watch and limit, in the order of [`Machine::outputs`].

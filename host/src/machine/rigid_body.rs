@@ -3,6 +3,7 @@
 use super::equations::{self, Equations};
 use super::{Coordinate, Machine, Output};
 use nalgebra::{Cholesky, DMatrix, DVector};
+use std::f64::consts::TAU;
 
 /// Mass matrix and accelerations at one point.
 #[derive(Clone, Debug)]
@@ -41,6 +42,8 @@ pub trait Plant: Send + Sync {
     fn stiffness(&self, q: &[f64]) -> DMatrix<f64>;
     /// Joint angles θ(q), rad.
     fn joint_angles(&self, q: &[f64]) -> Vec<f64>;
+    /// The joint angle that continues from `near_rad`: angles that wrap are unwrapped.
+    fn continued(&self, angle_rad: f64, near_rad: f64) -> f64;
     /// Joint rates θ̇ = J(q) v, rad/s.
     fn joint_rates(&self, q: &[f64], v: &[f64]) -> Vec<f64>;
     /// Output values.
@@ -101,6 +104,14 @@ impl<M: Machine> Plant for M {
         let mut angles = vec![0.0; M::AXES];
         Machine::joint_angles(self, q, &mut angles);
         angles
+    }
+
+    fn continued(&self, angle_rad: f64, near_rad: f64) -> f64 {
+        if M::ANGLES_WRAP {
+            angle_rad + TAU * ((near_rad - angle_rad) / TAU).round()
+        } else {
+            angle_rad
+        }
     }
 
     fn joint_rates(&self, q: &[f64], v: &[f64]) -> Vec<f64> {

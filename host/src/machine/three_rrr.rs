@@ -173,6 +173,7 @@ fn solve3<S: Scalar>(a: &[[S; 3]; 3], b: &[S; 3]) -> [S; 3] {
 impl Machine for ThreeRrr {
     const COORDINATES: usize = 6;
     const AXES: usize = CHAINS;
+    const ANGLES_WRAP: bool = true;
 
     fn dynamics<S: Scalar>(
         &self,

@@ -42,6 +42,7 @@ impl TwoMassAxis {
 impl Machine for TwoMassAxis {
     const COORDINATES: usize = 2;
     const AXES: usize = 1;
+    const ANGLES_WRAP: bool = false;
 
     fn dynamics<S: Scalar>(
         &self,

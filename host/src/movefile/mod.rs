@@ -36,6 +36,9 @@ use std::path::Path;
 
 /// Files larger than this are not move files.
 const LARGEST_BYTES: u64 = 1 << 20;
+/// The paper's move, which comes with the program.
+pub const PAPER_MOVE: &str = include_str!("../../moves/paper.toml");
+
 const TABLES: [&str; 6] = ["machine", "limits", "move", "mesh", "solver", "drive"];
 
 /// A move, ready to be planned.

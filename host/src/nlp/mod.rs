@@ -1,7 +1,12 @@
 //! Nonlinear programming: the problem as sparse exact derivatives, and the solvers behind one trait.
 
+#[cfg(feature = "ipopt")]
+mod ipopt;
 mod pounce;
+mod warm;
 
+#[cfg(feature = "ipopt")]
+pub use ipopt::Ipopt;
 pub use pounce::Pounce;
 
 use crate::ocp::Bounds;
@@ -64,6 +69,13 @@ pub struct Settings {
     pub tolerance: f64,
     /// Most iterations.
     pub max_iterations: usize,
+}
+
+impl Settings {
+    /// Whether a solver can aim at this.
+    fn possible(&self) -> bool {
+        self.tolerance > 0.0 && self.tolerance.is_finite()
+    }
 }
 
 /// One iteration, as it is logged.
@@ -134,6 +146,20 @@ pub struct Outcome {
     pub multipliers: Multipliers,
     /// Iterations used.
     pub iterations: usize,
+}
+
+impl Outcome {
+    /// A solve that came to nothing.
+    fn invalid(x: Vec<f64>) -> Self {
+        Self {
+            status: Status::Invalid,
+            x,
+            objective: f64::NAN,
+            constraints: Vec::new(),
+            multipliers: Multipliers::default(),
+            iterations: 0,
+        }
+    }
 }
 
 /// A solver of [`NlpProblem`]s.

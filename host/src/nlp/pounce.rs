@@ -1,9 +1,12 @@
-//! Pounce, a pure-Rust primal–dual interior-point solver of Ipopt's design: the default, needs no system library.
+//! Pounce, a pure-Rust primal–dual interior-point solver of Ipopt's design: the default, needs no
+//! system library.
 
+use super::warm::WarmStart;
 use super::{Iteration, Monitor, Multipliers, NlpProblem, NlpSolver, Outcome, Settings, Status};
 use pounce_rs::pounce_algorithm::application::{
     default_backend_factory_with_sink, feral_config_from_options,
 };
+use pounce_rs::pounce_common::SolverException;
 use pounce_rs::pounce_restoration::resto_alg_builder::RestoAlgorithmBuilder;
 use pounce_rs::pounce_restoration::resto_inner_solver::make_default_restoration_factory_provider;
 use pounce_rs::{
@@ -22,6 +25,15 @@ struct Adapter {
     problem: Box<dyn NlpProblem>,
     monitor: Monitor,
     outcome: Option<Outcome>,
+    /// Iterations of finished runs and of the present one: the solver may begin anew by itself and counts from zero then.
+    before: usize,
+    present: usize,
+    max_iterations: usize,
+    /// Whether the iterations, not the monitor, ended the solve.
+    used_up: bool,
+    /// Where the constraints were last evaluated, and the largest violation there.
+    x: Vec<f64>,
+    violation: f64,
 }
 
 impl NlpSolver for Pounce {
@@ -31,59 +43,62 @@ impl NlpSolver for Pounce {
 
     fn solve(
         &self,
-        problem: Box<dyn NlpProblem>,
+        mut problem: Box<dyn NlpProblem>,
         settings: &Settings,
         monitor: Monitor,
     ) -> Outcome {
-        let start = problem.start().clone();
-        let warm = start.warm.is_some();
+        let x = problem.start().x.clone();
+        let warm = WarmStart::of(&mut *problem, settings.tolerance);
         let mut app = IpoptApplication::new();
-        let refused = |status| Outcome {
-            status,
-            objective: f64::NAN,
-            constraints: Vec::new(),
-            multipliers: Multipliers::default(),
-            iterations: 0,
-            x: start.x.clone(),
-        };
-        let Ok(()) = app.initialize() else {
-            return refused(Status::Invalid);
-        };
-        configure(&mut app, settings, warm);
+        if !settings.possible() || configure(&mut app, settings, warm).is_err() {
+            return Outcome::invalid(x);
+        }
         install_restoration(&mut app);
         let adapter = Rc::new(RefCell::new(Adapter {
             problem,
             monitor,
             outcome: None,
+            before: 0,
+            present: 0,
+            max_iterations: settings.max_iterations,
+            used_up: false,
+            x: x.clone(),
+            violation: f64::NAN,
         }));
         let status = app.optimize_tnlp(Rc::clone(&adapter) as Rc<RefCell<dyn TNLP>>);
-        let iterations = usize::try_from(app.statistics().iteration_count).unwrap_or(0);
-        let mut outcome = adapter
-            .borrow_mut()
-            .outcome
-            .take()
-            .unwrap_or_else(|| refused(Status::Invalid));
-        outcome.status = translate(status);
-        outcome.iterations = iterations;
-        outcome
+        let mut adapter = adapter.borrow_mut();
+        let outcome = adapter.outcome.take();
+        Outcome {
+            status: if adapter.used_up {
+                Status::IterationLimit
+            } else {
+                translate(status)
+            },
+            iterations: adapter.before + adapter.present,
+            ..outcome.unwrap_or_else(|| Outcome::invalid(x))
+        }
     }
 }
 
-fn configure(app: &mut IpoptApplication, settings: &Settings, warm: bool) {
+fn configure(
+    app: &mut IpoptApplication,
+    settings: &Settings,
+    warm: Option<WarmStart>,
+) -> Result<(), SolverException> {
+    app.initialize()?;
     let iterations = i32::try_from(settings.max_iterations).unwrap_or(i32::MAX);
     let options = app.options_mut();
-    // Names and values are fixed here and known to the solver: setting them cannot fail.
-    let mut text = |key, value| drop(options.set_string_value(key, value, true, true));
-    text("sb", "yes");
-    if warm {
-        text("warm_start_init_point", "yes");
+    let mut text = |key, value| options.set_string_value(key, value, true, true);
+    text("sb", "yes")?;
+    if warm.is_some() {
+        text("warm_start_init_point", "yes")?;
     }
-    let mut number = |key, value| drop(options.set_numeric_value(key, value, true, true));
-    number("tol", settings.tolerance);
-    number("acceptable_tol", settings.tolerance * 100.0);
+    let mut number = |key, value| options.set_numeric_value(key, value, true, true);
+    number("tol", settings.tolerance)?;
+    number("acceptable_tol", settings.tolerance * 100.0)?;
     // The solver would relax bounds by 1e-8: limits are limits.
-    number("bound_relax_factor", 0.0);
-    if warm {
+    number("bound_relax_factor", 0.0)?;
+    if let Some(WarmStart { barrier, distance }) = warm {
         for key in [
             "warm_start_bound_push",
             "warm_start_bound_frac",
@@ -91,16 +106,18 @@ fn configure(app: &mut IpoptApplication, settings: &Settings, warm: bool) {
             "warm_start_slack_bound_frac",
             "warm_start_mult_bound_push",
         ] {
-            number(key, 1e-6);
+            number(key, distance)?;
         }
-        number("mu_init", 1e-4);
+        number("mu_init", barrier)?;
     }
-    let mut integer = |key, value| drop(options.set_integer_value(key, value, true, true));
-    integer("print_level", 0);
-    integer("max_iter", iterations);
+    let mut integer = |key, value| options.set_integer_value(key, value, true, true);
+    integer("print_level", 0)?;
+    integer("max_iter", iterations)?;
+    Ok(())
 }
 
-/// A new application has no restoration phase: without one, hard starts fail at the first blocked line search.
+/// A new application has no restoration phase: without one, hard starts fail at the first blocked
+/// line search.
 fn install_restoration(app: &mut IpoptApplication) {
     let feral = feral_config_from_options(app.options());
     let sink = app.restoration_summary_sink();
@@ -191,6 +208,10 @@ impl TNLP for Adapter {
 
     fn eval_g(&mut self, x: &[f64], _new_x: bool, g: &mut [f64]) -> bool {
         self.problem.constraints(x, g);
+        self.x.copy_from_slice(x);
+        let bounds = self.problem.constraint_bounds().iter();
+        let violations = bounds.zip(&*g).map(|(bounds, g)| bounds.violation(*g));
+        self.violation = violations.fold(0.0, f64::max);
         g.iter().all(|value| value.is_finite())
     }
 
@@ -233,19 +254,37 @@ impl TNLP for Adapter {
         _data: &IpoptData,
         _cq: &IpoptCq,
     ) -> bool {
+        let restoring = stats.mode == AlgorithmMode::RestorationPhaseMode;
+        // While restoring feasibility the solver reports the problem it solves for that, not ours.
+        let (objective, primal_infeasibility) = if restoring {
+            (self.problem.objective(&self.x), self.violation)
+        } else {
+            (stats.obj_value, stats.inf_pr)
+        };
+        let present = usize::try_from(stats.iter).unwrap_or(0);
+        if present < self.present {
+            self.before += self.present;
+        }
+        self.present = present;
+        let number = self.before + present;
+        if number > self.max_iterations {
+            self.used_up = true;
+            return false;
+        }
         (self.monitor)(&Iteration {
-            number: usize::try_from(stats.iter).unwrap_or(0),
-            objective: stats.obj_value,
-            primal_infeasibility: stats.inf_pr,
+            number,
+            objective,
+            primal_infeasibility,
             dual_infeasibility: stats.inf_du,
             barrier: stats.mu,
-            restoring: stats.mode == AlgorithmMode::RestorationPhaseMode,
+            restoring,
         })
     }
 
     fn finalize_solution(&mut self, s: Solution<'_>, _data: &IpoptData, _cq: &IpoptCq) {
         self.outcome = Some(Outcome {
-            // The application knows the status and the number of iterations; the caller fills them in.
+            // The application knows the status and the number of iterations; the caller fills them
+            // in.
             status: Status::Invalid,
             iterations: 0,
             x: s.x.to_vec(),

@@ -2,15 +2,18 @@
 
 use super::solution::Solution;
 
+/// States and controls at one moment.
+pub type Point = (Vec<f64>, Vec<f64>);
+
 /// States x(s) and controls u(s) over the share s ∈ [0, 1] of a guessed duration.
 pub struct Guess {
     duration_s: f64,
-    at: Box<dyn Fn(f64) -> (Vec<f64>, Vec<f64>)>,
+    at: Box<dyn Fn(f64) -> Point>,
 }
 
 impl Guess {
     /// A guess from a function of the share of the duration.
-    pub fn new(duration_s: f64, at: impl Fn(f64) -> (Vec<f64>, Vec<f64>) + 'static) -> Self {
+    pub fn new(duration_s: f64, at: impl Fn(f64) -> Point + 'static) -> Self {
         Self {
             duration_s,
             at: Box::new(at),
@@ -42,7 +45,7 @@ impl Guess {
 
     /// States and controls at a share of the duration.
     #[must_use]
-    pub fn at(&self, share: f64) -> (Vec<f64>, Vec<f64>) {
+    pub fn at(&self, share: f64) -> Point {
         (self.at)(share)
     }
 }

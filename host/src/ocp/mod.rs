@@ -10,7 +10,7 @@ mod scaling;
 mod solution;
 mod transcription;
 
-pub use guess::Guess;
+pub use guess::{Guess, Point};
 pub use mechanical::{Mechanical, PathRow};
 pub use mesh::{Interval, Mesh};
 pub use model::{Exact, Model};

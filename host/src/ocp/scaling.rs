@@ -3,7 +3,7 @@
 //! Factors come from known magnitudes, bounds and the first guess, and are capped: a row that happens to vanish at the
 //! guess must not be blown up.
 
-use super::guess::Guess;
+use super::guess::{Guess, Point};
 use super::problem::{Bounds, OptimalControlProblem, Quantity};
 
 /// No factor is below or above these, relative to one SI unit.
@@ -39,7 +39,7 @@ impl Scaling {
             .map(|k| guess.at(k as f64 / SAMPLES as f64))
             .collect();
         let shift: Vec<f64> = samples[0].0.clone();
-        let range = |pick: &dyn Fn(&(Vec<f64>, Vec<f64>)) -> f64| {
+        let range = |pick: &dyn Fn(&Point) -> f64| {
             samples
                 .iter()
                 .fold(0.0_f64, |m, sample| m.max(pick(sample).abs()))

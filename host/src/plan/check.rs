@@ -34,19 +34,48 @@ impl LargestViolation {
 /// Where the machine really ends, against where it should.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EndMiss {
-    /// Difference per state, in the state's own unit.
-    pub states: Vec<(String, f64)>,
-    /// Number of torques at the beginning of `states`.
-    torques: usize,
+    /// State by state, in the order of the problem.
+    pub states: Vec<StateMiss>,
+}
+
+/// How far one state misses its planned end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateMiss {
+    /// Name, with unit.
+    pub name: String,
+    /// Reached minus planned, in the state's own unit.
+    pub miss: f64,
+    /// Between which values the plan moves it, in the same unit.
+    pub range: f64,
+    /// Whether it is a coordinate of the machine, not a torque or a rate.
+    pub coordinate: bool,
+}
+
+impl StateMiss {
+    /// Share of its range by which the state misses; 0 for a state that the plan does not move.
+    #[must_use]
+    pub fn relative(&self) -> f64 {
+        if self.range > 0.0 {
+            self.miss.abs() / self.range
+        } else {
+            0.0
+        }
+    }
 }
 
 impl EndMiss {
     /// Largest miss of a coordinate, in its own unit (m, rad, 1/m).
     #[must_use]
     pub fn largest(&self) -> f64 {
-        let coordinates = (self.states.len() - self.torques) / 2;
-        let positions = &self.states[self.torques..self.torques + coordinates];
-        positions.iter().fold(0.0, |m, (_, miss)| m.max(miss.abs()))
+        let coordinates = self.states.iter().filter(|state| state.coordinate);
+        coordinates.fold(0.0, |m, state| m.max(state.miss.abs()))
+    }
+
+    /// The coordinate that misses by the largest share of its range.
+    #[must_use]
+    pub fn worst(&self) -> Option<&StateMiss> {
+        let coordinates = self.states.iter().filter(|state| state.coordinate);
+        coordinates.max_by(|a, b| a.relative().total_cmp(&b.relative()))
     }
 }
 
@@ -85,11 +114,20 @@ pub fn end_miss(problem: &OptimalControlProblem, solution: &Solution) -> Result<
         start_share += spec.fraction;
     }
     let planned = solution.states.column(solution.states.ncols() - 1);
+    let coordinates = (sizes.states - sizes.controls) / 2;
+    let states = problem.states.iter().zip(&state).enumerate();
     Ok(EndMiss {
-        states: (problem.states.iter().zip(state.iter().zip(planned.iter())))
-            .map(|(quantity, (reached, planned))| (quantity.name.clone(), reached - planned))
+        states: states
+            .map(|(index, (quantity, reached))| {
+                let row = solution.states.row(index);
+                StateMiss {
+                    name: quantity.name.clone(),
+                    miss: reached - planned[index],
+                    range: row.max() - row.min(),
+                    coordinate: (sizes.controls..sizes.controls + coordinates).contains(&index),
+                }
+            })
             .collect(),
-        torques: sizes.controls,
     })
 }
 

@@ -107,10 +107,14 @@ impl Diagnosis {
         match self.status {
             Status::Stopped => "Run it again and let it finish, or give it a coarser mesh.",
             Status::IterationLimit => {
-                "Raise [solver] max_iterations, or try a mesh with more intervals of fewer points."
+                "Raise [solver] max_iterations, or try another mesh: more points, or more intervals of fewer points."
+            }
+            Status::Acceptable => {
+                "Loosen [solver] tolerance, or try a finer mesh ([mesh] intervals, points)."
             }
             Status::Invalid => {
-                "The machine cannot be assembled along the first guess: move to a pose in between first."
+                "The equations of motion give no number along the first guess: if the machine's parameters are right, the \
+                 straight line between the poses passes a singular or unreachable one; move to a pose in between first."
             }
             _ => {
                 "Raise the limit that is violated or saturated, split the move at a pose in between, check that the other \
@@ -177,12 +181,14 @@ impl fmt::Display for Diagnosis {
             Status::Acceptable => "converged only to a hundred times the tolerance",
             Status::Solved => "solved",
         };
-        write!(
-            f,
-            "{how} after {} iterations; the last iterate takes {:.3} ms",
-            self.iterations,
-            self.duration_s * 1e3
-        )?;
+        write!(f, "{how} after {} iterations", self.iterations)?;
+        if self.duration_s.is_finite() {
+            write!(
+                f,
+                "; the last iterate takes {:.3} ms",
+                self.duration_s * 1e3
+            )?;
+        }
         match &self.worst {
             Some(v) if v.dynamics => write!(
                 f,

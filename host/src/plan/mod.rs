@@ -6,7 +6,7 @@ mod guess;
 mod problem;
 mod trajectory;
 
-pub use check::{EndMiss, LargestViolation, end_miss, largest_violation};
+pub use check::{EndMiss, LargestViolation, StateMiss, end_miss, largest_violation};
 pub use diagnosis::{Diagnosis, Saturation, Violation};
 pub use guess::{quintic_guess, rigid_duration_s};
 pub use problem::move_problem;
@@ -14,18 +14,27 @@ pub use trajectory::{ConversionError, trajectory};
 
 use crate::movefile::MoveFile;
 use crate::nlp::{Iteration, NlpSolver, Settings, Status};
-use crate::ocp::{CollocationNlp, Mesh, OptimalControlProblem, Solution, Transcription};
+use crate::ocp::{CollocationNlp, Guess, Mesh, OptimalControlProblem, Solution, Transcription};
 use crate::simulate::ode::OdeError;
+use std::cell::RefCell;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use stillpoint_shared::Trajectory;
 
-/// How much longer than the rigid estimate the first guess is: solving from a slow move is quicker and surer than from
-/// one that no machine could do.
-const GUESS_SLOWNESS: f64 = 2.0;
+/// How much longer than the rigid estimate the first guesses are, one after the other until one leads to an answer:
+/// solving from a slow move is quicker and surer than from one that no machine could do.
+const GUESS_SLOWNESS: [f64; 4] = [2.0, 4.0, 1.3, 8.0];
+
+/// Iterations that a first guess is given before the next one is tried; the last one may use up all that are left.
+const ITERATIONS_PER_GUESS: usize = 150;
 
 /// Guessed duration, s, when the straight line between the poses gives no estimate.
-const GUESS_WITHOUT_ESTIMATE_S: f64 = 0.5;
+const GUESS_WITHOUT_ESTIMATE_S: f64 = 0.25;
+
+/// Share of its range by which a coordinate may miss its end before the user is warned, and before the plan is refused.
+const DOUBTFUL_MISS: f64 = 0.01;
+const REFUSED_MISS: f64 = 0.5;
 
 /// A planned and checked move.
 #[derive(Clone, Debug)]
@@ -40,6 +49,24 @@ pub struct Plan {
     pub end_miss: EndMiss,
     /// The limit exceeded most between the points.
     pub largest_violation: Option<LargestViolation>,
+}
+
+impl Plan {
+    /// What a user has to know before trusting the plan.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        let worst = self
+            .end_miss
+            .worst()
+            .filter(|worst| worst.relative() > DOUBTFUL_MISS)?;
+        Some(format!(
+            "integrated under the planned control, {} misses its end by {:.3e}, {:.1} % of what it moves: the mesh is too coarse \
+             ([mesh] intervals, points)",
+            worst.name,
+            worst.miss,
+            worst.relative() * 100.0
+        ))
+    }
 }
 
 /// What a plan cost.
@@ -70,9 +97,29 @@ pub enum PlanError {
     /// The solver did not converge.
     #[error("no plan: {0}")]
     Unsolved(Box<Diagnosis>, Box<Effort>),
-    /// The answer does not hold when the dynamics are integrated.
-    #[error("the plan does not hold: {0}")]
-    Check(#[from] OdeError),
+    /// The machine cannot follow the planned control to the end.
+    #[error("the plan does not hold: {source}. Try a finer mesh ([mesh] intervals, points)")]
+    Check {
+        /// Where the integration ended.
+        source: OdeError,
+        /// What was spent.
+        effort: Box<Effort>,
+    },
+    /// The machine ends somewhere else under the planned control.
+    #[error(
+        "the plan does not hold: integrated under the planned control, {name} misses its end by {miss:.3e}, {share:.0} % of \
+         what it moves. Try a finer mesh ([mesh] intervals, points), or for a tiny move a smaller [solver] tolerance"
+    )]
+    Missed {
+        /// The coordinate that misses most.
+        name: String,
+        /// By how much, in its unit.
+        miss: f64,
+        /// In per cent of its range.
+        share: f64,
+        /// What was spent.
+        effort: Box<Effort>,
+    },
     /// The answer does not fit the board.
     #[error(transparent)]
     Conversion(#[from] ConversionError),
@@ -88,48 +135,130 @@ pub type Progress = Box<dyn FnMut(&Iteration, f64) -> bool>;
 pub fn plan(
     file: &MoveFile,
     solver: &dyn NlpSolver,
-    mut progress: Progress,
+    progress: Progress,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
     let problem: Arc<OptimalControlProblem> = Arc::new(move_problem(file));
-    let duration_s =
-        rigid_duration_s(file).map_or(GUESS_WITHOUT_ESTIMATE_S, |s| s * GUESS_SLOWNESS);
-    let guess = quintic_guess(file, duration_s);
+    let estimate_s = rigid_duration_s(file).unwrap_or(GUESS_WITHOUT_ESTIMATE_S);
+    let progress = Rc::new(RefCell::new(progress));
+    let mut effort = Effort {
+        solver: solver.name(),
+        status: Status::Invalid,
+        iterations: 0,
+        variables: 0,
+        constraints: 0,
+        setup: started.elapsed(),
+        solve: Duration::ZERO,
+        check: Duration::ZERO,
+    };
+    let mut failure: Option<Diagnosis> = None;
+    for (index, slowness) in GUESS_SLOWNESS.into_iter().enumerate() {
+        let left = file.solver.max_iterations - effort.iterations;
+        let last = index + 1 == GUESS_SLOWNESS.len();
+        let iterations = if last {
+            left
+        } else {
+            left.min(ITERATIONS_PER_GUESS)
+        };
+        let guess = quintic_guess(file, estimate_s * slowness);
+        let attempt = attempt(
+            file,
+            &problem,
+            &guess,
+            iterations,
+            solver,
+            &progress,
+            &mut effort,
+        );
+        match attempt {
+            Ok(solution) => return checked(file, &problem, solution, effort),
+            Err(diagnosis) => {
+                let stopped = diagnosis.status == Status::Stopped;
+                failure = Some(diagnosis);
+                if stopped || effort.iterations >= file.solver.max_iterations {
+                    break;
+                }
+            }
+        }
+    }
+    let Some(mut diagnosis) = failure else {
+        unreachable!("there is at least one first guess");
+    };
+    diagnosis.iterations = effort.iterations;
+    Err(PlanError::Unsolved(Box::new(diagnosis), Box::new(effort)))
+}
+
+/// Solves from one first guess and adds what it cost to `effort`.
+fn attempt(
+    file: &MoveFile,
+    problem: &Arc<OptimalControlProblem>,
+    guess: &Guess,
+    max_iterations: usize,
+    solver: &dyn NlpSolver,
+    progress: &Rc<RefCell<Progress>>,
+    effort: &mut Effort,
+) -> Result<Solution, Diagnosis> {
+    let started = Instant::now();
     let mesh = Mesh::uniform(file.mesh.intervals, file.mesh.points);
-    let transcription = Arc::new(Transcription::new(Arc::clone(&problem), mesh, &guess));
-    let start = transcription.unknowns(&guess);
+    let transcription = Arc::new(Transcription::new(Arc::clone(problem), mesh, guess));
+    let start = transcription.unknowns(guess);
     let nlp = CollocationNlp::new(Arc::clone(&transcription), start, None);
-    let setup = started.elapsed();
+    effort.variables = transcription.variables();
+    effort.constraints = transcription.constraints();
+    effort.setup += started.elapsed();
 
     let started = Instant::now();
     let settings = Settings {
         tolerance: file.solver.tolerance,
-        max_iterations: file.solver.max_iterations,
+        max_iterations,
     };
     let seconds_per_objective = transcription.scaling().objective;
+    let (progress, before) = (Rc::clone(progress), effort.iterations);
     let monitor = Box::new(move |iteration: &Iteration| {
-        progress(iteration, iteration.objective * seconds_per_objective)
+        let counted = Iteration {
+            number: before + iteration.number,
+            ..*iteration
+        };
+        (progress.borrow_mut())(&counted, iteration.objective * seconds_per_objective)
     });
     let outcome = solver.solve(Box::new(nlp.clone()), &settings, monitor);
-    let mut effort = Effort {
-        solver: solver.name(),
-        status: outcome.status,
-        iterations: outcome.iterations,
-        variables: transcription.variables(),
-        constraints: transcription.constraints(),
-        setup,
-        solve: started.elapsed(),
-        check: Duration::ZERO,
-    };
-    if outcome.status != Status::Solved {
-        let diagnosis = Diagnosis::of(&transcription, &nlp, &outcome);
-        return Err(PlanError::Unsolved(Box::new(diagnosis), Box::new(effort)));
+    effort.status = outcome.status;
+    effort.iterations += outcome.iterations;
+    effort.solve += started.elapsed();
+    if outcome.status == Status::Solved {
+        Ok(transcription.solution(&outcome.x))
+    } else {
+        Err(Diagnosis::of(&transcription, &nlp, &outcome))
     }
+}
 
+/// Checks a solution and makes the trajectory of it.
+fn checked(
+    file: &MoveFile,
+    problem: &OptimalControlProblem,
+    solution: Solution,
+    mut effort: Effort,
+) -> Result<Plan, PlanError> {
     let started = Instant::now();
-    let solution = transcription.solution(&outcome.x);
-    let end_miss = end_miss(&problem, &solution)?;
-    let largest_violation = largest_violation(&problem, &solution);
+    let end_miss = match end_miss(problem, &solution) {
+        Ok(miss) => miss,
+        Err(source) => {
+            let effort = Box::new(effort);
+            return Err(PlanError::Check { source, effort });
+        }
+    };
+    if let Some(worst) = end_miss
+        .worst()
+        .filter(|worst| worst.relative() > REFUSED_MISS)
+    {
+        return Err(PlanError::Missed {
+            name: worst.name.clone(),
+            miss: worst.miss,
+            share: worst.relative() * 100.0,
+            effort: Box::new(effort),
+        });
+    }
+    let largest_violation = largest_violation(problem, &solution);
     let trajectory = trajectory(file.machine.plant(), &file.limits, &solution, 1)?;
     effort.check = started.elapsed();
     Ok(Plan {

@@ -14,6 +14,9 @@ use crate::ocp::{
 /// Longest duration the planner considers, s.
 const LONGEST_S: f64 = 1e3;
 
+/// Moves below this share of a typical one are scaled by their own size.
+const TINY: f64 = 0.1;
+
 /// Φ = T, no end constraints.
 #[derive(Clone, Copy, Debug)]
 struct Duration {
@@ -72,7 +75,7 @@ fn build<M: Machine>(
         endpoint: Box::new(Exact::new(Duration {
             states: sizes.states,
         })),
-        states: states(machine, limits),
+        states: states(machine, file),
         controls: (0..M::AXES)
             .map(|axis| {
                 let bounds = Bounds::symmetric(limits.torque_rate_nm_per_s);
@@ -88,8 +91,15 @@ fn build<M: Machine>(
 }
 
 /// τ, q and v with their bounds; a limit on an output proportional to a coordinate is a bound on that coordinate.
-fn states<M: Machine>(machine: &M, limits: &Limits) -> Vec<Quantity> {
+fn states<M: Machine>(machine: &M, file: &MoveFile) -> Vec<Quantity> {
+    let limits = &file.limits;
     let coordinates = Machine::coordinates(machine);
+    // The solver's tolerance is relative to these magnitudes: a tiny move needs small ones.
+    let (from, to) = (machine.rest(&file.from), machine.rest(&file.to));
+    let distance = (coordinates.iter().zip(from.iter().zip(&to)))
+        .map(|(c, (a, b))| (b - a).abs() / c.magnitude)
+        .fold(0.0, f64::max);
+    let size = if distance < TINY { distance } else { 1.0 };
     let mut bounds = vec![Bounds::FREE; coordinates.len()];
     for (output, limit) in Machine::outputs(machine).iter().zip(&limits.outputs) {
         if let (OutputForm::Proportional { coordinate, gain }, Some(limit)) = (output.form, limit) {
@@ -103,12 +113,12 @@ fn states<M: Machine>(machine: &M, limits: &Limits) -> Vec<Quantity> {
     });
     let positions = coordinates.iter().zip(bounds).map(|(c, bounds)| Quantity {
         name: c.name.to_owned(),
-        magnitude: Some(c.magnitude),
+        magnitude: Some(c.magnitude * size),
         bounds,
     });
     let rates = coordinates.iter().map(|c| Quantity {
         name: format!("rate of {}", c.name),
-        magnitude: Some(c.rate_magnitude),
+        magnitude: Some(c.rate_magnitude * size),
         bounds: Bounds::FREE,
     });
     torques.chain(positions).chain(rates).collect()

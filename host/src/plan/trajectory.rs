@@ -16,6 +16,21 @@ pub enum ConversionError {
     /// The move does not fit the board.
     #[error("the move does not fit the board: {0}")]
     Trajectory(TrajectoryError),
+    /// The board's numbers are too coarse for the move.
+    #[error(
+        "axis {axis} moves by {range_rad:.3e} rad at {position_rad:.6e} rad, where the board's f32 resolves {resolution_rad:.1e} rad: \
+         count its angle from nearer to the move"
+    )]
+    Resolution {
+        /// Axis, from 1.
+        axis: usize,
+        /// Its largest position.
+        position_rad: f64,
+        /// What it moves.
+        range_rad: f64,
+        /// Distance of neighbouring numbers there.
+        resolution_rad: f64,
+    },
     /// An interval is too long for the board's clock.
     #[error("interval {interval} lasts {duration_s} s: the board counts at most 429 s")]
     Duration {
@@ -41,6 +56,7 @@ pub fn trajectory(
     let board = board_limits(limits, plant).map_err(ConversionError::Limits)?;
     let (axes, n) = (plant.axis_count(), plant.coordinate_count());
     let mut builder = TrajectoryBuilder::new(id, &board);
+    let mut extremes = vec![(f64::INFINITY, f64::NEG_INFINITY); axes];
     let mut first = 0;
     let mut angles: Option<Vec<f64>> = None;
     for (index, ((_, length_s), rule)) in solution.intervals_s().zip(&solution.rules).enumerate() {
@@ -52,8 +68,11 @@ pub fn trajectory(
             let mut here = plant.joint_angles(q);
             if let Some(before) = &angles {
                 for (angle, near) in here.iter_mut().zip(before) {
-                    *angle = crate::simulate::path::unwrapped(*angle, *near);
+                    *angle = plant.continued(*angle, *near);
                 }
+            }
+            for (extreme, angle) in extremes.iter_mut().zip(&here) {
+                *extreme = (extreme.0.min(*angle), extreme.1.max(*angle));
             }
             rows.extend_from_slice(&here);
             rows.extend(plant.joint_rates(q, v));
@@ -72,5 +91,28 @@ pub fn trajectory(
             .map_err(ConversionError::Trajectory)?;
         first += rule.points();
     }
+    check_resolution(&extremes)?;
     builder.finish().map_err(ConversionError::Trajectory)
+}
+
+/// Refuses a move that the board's numbers would turn into steps.
+fn check_resolution(extremes: &[(f64, f64)]) -> Result<(), ConversionError> {
+    const FEWEST_STEPS: f64 = 100.0;
+    let range_rad = extremes
+        .iter()
+        .map(|(low, high)| high - low)
+        .fold(0.0, f64::max);
+    for (index, (low, high)) in extremes.iter().enumerate() {
+        let position_rad = low.abs().max(high.abs());
+        let resolution_rad = position_rad * f64::from(f32::EPSILON);
+        if resolution_rad * FEWEST_STEPS > range_rad {
+            return Err(ConversionError::Resolution {
+                axis: index + 1,
+                position_rad,
+                range_rad,
+                resolution_rad,
+            });
+        }
+    }
+    Ok(())
 }

@@ -20,8 +20,8 @@ mod ticks;
 
 pub use data::{Figure, LimitLine, Moment, Note, Origin, Parameter, Report, Series};
 pub use figures::{Record, figures_of, number_like_the_paper};
-pub use parameters::{PAPER_LIMIT_ASSUMPTIONS, parameters_of};
-pub use summary::{SummaryRow, summary_json};
+pub use parameters::parameters_of;
+pub use summary::{MARKED_BEYOND, SummaryRow, summary_json};
 pub use text_table::text_table;
 
 #[cfg(test)]

@@ -15,6 +15,9 @@ pub struct SummaryRow {
     pub residual_strain: Option<f64>,
     /// Largest magnitude of elastic displacement.
     pub elastic_displacement_m: Option<f64>,
+    /// Whether any elastic displacement is beyond its own limit.
+    #[serde(skip)]
+    pub elastic_displacement_beyond: bool,
     /// Largest stress.
     pub stress_pa: Option<f64>,
     /// Largest magnitude of torque at a reducer output.
@@ -54,7 +57,7 @@ pub(super) struct Cell {
 }
 
 /// Excess over a limit, relative, from which a value is marked.
-pub(super) const MARKED_BEYOND: f64 = 0.005;
+pub const MARKED_BEYOND: f64 = 0.005;
 
 /// Explains the mark.
 pub(super) const BEYOND: &str = "beyond the machine's limit by more than 0.5 %";
@@ -90,11 +93,16 @@ pub(super) fn columns(rows: &[SummaryRow], limit: Option<&SummaryRow>) -> Vec<Co
             continue;
         }
         let largest = values.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
-        let cells = values
-            .into_iter()
-            .map(|value| Cell {
+        // The largest displacement may be inside its limit while a smaller one is beyond its own.
+        let displacement = heading[0] == "elastic";
+        let cells = rows
+            .iter()
+            .chain(limit)
+            .zip(values)
+            .map(|(row, value)| Cell {
                 text: value.map_or("–".into(), |x| digits(x, largest, decimals)),
-                beyond: matches!((value, bound), (Some(x), Some(b)) if x.abs() > b * (1.0 + MARKED_BEYOND)),
+                beyond: (displacement && row.elastic_displacement_beyond)
+                    || matches!((value, bound), (Some(x), Some(b)) if x.abs() > b * (1.0 + MARKED_BEYOND)),
             })
             .collect();
         columns.push(Column {

@@ -117,6 +117,7 @@ fn row(name: &str, values: [f64; 8]) -> SummaryRow {
         torque_nm: torque,
         torque_rate_nm_per_s: rate,
         motor_speed_rpm: speed,
+        ..SummaryRow::default()
     }
 }
 
@@ -190,7 +191,7 @@ fn sample(file: &MoveFile) -> Report {
                 true,
             ),
         ],
-        parameters: parameters_of(file, &PAPER_LIMIT_ASSUMPTIONS),
+        parameters: parameters_of(file),
     }
 }
 

@@ -8,7 +8,7 @@ use super::trajectory::board_limits;
 use crate::machine::Plant;
 use crate::movefile::Limits;
 use nalgebra::SVector;
-use stillpoint_firmware::{Config, ConfigError, Executor, Fault, Refusal, State};
+use stillpoint_firmware::{Config, ConfigError, Executor, Fault, Refusal, State, TickInputs};
 use stillpoint_shared::{LimitsError, MAX_AXES, Trajectory, time};
 
 /// What plays a trajectory on what.
@@ -148,7 +148,7 @@ impl<'a> ClosedLoop<'a> {
         };
         for tick in 0..=ticks {
             let time_s = tick as f64 * tick_s;
-            let report = executor.tick(&mut drives);
+            let report = executor.tick(&mut drives, &TickInputs::default());
             if let Some(fault) = report.fault {
                 return Err(ClosedLoopError::Fault { time_s, fault });
             }
@@ -174,7 +174,7 @@ impl<'a> ClosedLoop<'a> {
     ) -> Result<(), ClosedLoopError> {
         let mut refusal = None;
         for _ in 0..APPROACH_TICKS {
-            let report = executor.tick(drives);
+            let report = executor.tick(drives, &TickInputs::default());
             if let Some(fault) = report.fault {
                 return Err(ClosedLoopError::Fault { time_s: 0.0, fault });
             }
@@ -184,7 +184,7 @@ impl<'a> ClosedLoop<'a> {
             let order = if executor.state() == State::Ready {
                 executor.arm()
             } else {
-                executor.start()
+                executor.start(&executor.start_request())
             };
             match order {
                 Ok(()) if executor.state() == State::Running => return Ok(()),

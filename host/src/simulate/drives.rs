@@ -13,7 +13,6 @@
 //! here hold no load at rest, and the feed-forward knows the move.
 
 use super::modes::ModesError;
-use super::path::unwrapped;
 use super::recording::Frame;
 use super::settings::DriveSettings;
 use super::stepper::Stepper;
@@ -137,7 +136,7 @@ impl<'a, const N: usize> SimulatedDrives<'a, N> {
         let rates = self.plant.joint_rates(q, v);
         let filter = TAU * VELOCITY_FILTER * self.settings.velocity_bandwidth_hz * turn_s;
         for ((axis, angle), rate) in self.axes.iter_mut().zip(angles).zip(rates) {
-            let angle = unwrapped(angle, axis.measured_rad);
+            let angle = self.plant.continued(angle, axis.measured_rad);
             let measured_rad = quantised(angle, self.settings.encoder_resolution_rad);
             axis.measured_rad_per_s = match self.settings.encoder_resolution_rad {
                 None => rate,

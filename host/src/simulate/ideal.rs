@@ -11,7 +11,7 @@
 
 use super::linear;
 use super::ode::{OdeError, Tolerance, integrate};
-use super::path::{RigidPath, unwrapped};
+use super::path::RigidPath;
 use super::recording::{Frame, Recording};
 use crate::machine::{Equations, Plant};
 use std::cell::RefCell;
@@ -80,10 +80,10 @@ impl Space {
                 .copy_from_slice(&e.mass_matrix[row * n..(row + 1) * n]);
             self.solution[row] = -e.bias[row];
         }
-        for axis in 0..axes {
+        for (axis, (angle, wanted_rad)) in angles.iter().zip(&wanted.angles_rad).enumerate() {
             let row = &e.joint_jacobian[axis * n..(axis + 1) * n];
             let rate: f64 = row.iter().zip(v).map(|(j, v)| j * v).sum();
-            let behind = wanted.angles_rad[axis] - unwrapped(angles[axis], wanted.angles_rad[axis]);
+            let behind = wanted_rad - plant.continued(*angle, *wanted_rad);
             self.solution[n + axis] = wanted.accelerations_rad_per_s2[axis] - e.joint_bias[axis]
                 + 2.0 * pull_per_s * (wanted.rates_rad_per_s[axis] - rate)
                 + pull_per_s * pull_per_s * behind;

@@ -98,10 +98,3 @@ impl<'a> RigidPath<'a> {
         }
     }
 }
-
-/// The angle equal to `angle_rad` up to full turns that is nearest to `near_rad`.
-#[must_use]
-pub fn unwrapped(angle_rad: f64, near_rad: f64) -> f64 {
-    use std::f64::consts::TAU;
-    angle_rad - TAU * ((angle_rad - near_rad) / TAU).round()
-}

@@ -1,6 +1,5 @@
 //! What a simulated machine did, sample by sample.
 
-use super::path::unwrapped;
 use crate::machine::Plant;
 use stillpoint_firmware::{LimitFlags, Setpoint};
 
@@ -37,7 +36,7 @@ impl Frame {
         let mut joint_angles_rad = plant.joint_angles(coordinates);
         if let Some(before) = before {
             for (angle, near) in joint_angles_rad.iter_mut().zip(&before.joint_angles_rad) {
-                *angle = unwrapped(*angle, *near);
+                *angle = plant.continued(*angle, *near);
             }
         }
         Self {

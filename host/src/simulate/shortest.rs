@@ -64,9 +64,9 @@ pub enum ShortestError {
     },
 }
 
-/// For finding the neighbourhood: vibration peaks are met to about 1 %.
+/// For finding the neighbourhood: vibration peaks are met to about 1 %, those that build up late not at all.
 const COARSE: Settings = Settings {
-    after_s: 0.35,
+    after_s: 0.15,
     sample_s: 5e-4,
     tolerance: 1e-4,
 };

@@ -3,7 +3,7 @@
 use super::ideal::{self, Settings};
 use super::linear;
 use super::ode::OdeError;
-use super::path::{RigidPath, unwrapped};
+use super::path::RigidPath;
 use super::recording::Frame;
 use crate::machine::{Equations, Plant};
 use crate::movefile::Limits;
@@ -213,7 +213,7 @@ fn rigid_sample(
     let mut angles_rad = motion.angles_rad;
     if let Some(before) = before {
         for (angle, near) in angles_rad.iter_mut().zip(&before.angles_rad) {
-            *angle = unwrapped(*angle, *near);
+            *angle = plant.continued(*angle, *near);
         }
     }
     Some(JointSample {

@@ -1,11 +1,10 @@
 //! A study as people read it: table, figures and notes.
 
 use super::run::{Run, limit_row};
-use crate::movefile::MoveFile;
+use crate::movefile::{MoveFile, PAPER_MOVE};
 use crate::plan::Plan;
 use crate::report::{
-    Figure, Note, PAPER_LIMIT_ASSUMPTIONS, Report, SummaryRow, figures_of, number_like_the_paper,
-    parameters_of, text_table,
+    Figure, Note, Report, SummaryRow, figures_of, number_like_the_paper, parameters_of, text_table,
 };
 use stillpoint_shared::{Trajectory, time};
 
@@ -35,8 +34,8 @@ pub struct Document<'a> {
     pub drawn: &'a [Run],
     /// All rows of the table.
     pub rows: Vec<SummaryRow>,
-    /// Whether this is the paper's move: figures get its numbers.
-    pub paper: bool,
+    /// What a reader has to know besides.
+    pub remarks: Vec<String>,
 }
 
 impl Document<'_> {
@@ -52,20 +51,24 @@ impl Document<'_> {
         let records: Vec<_> = self.drawn.iter().map(Run::record).collect();
         let ends = [self.file.from.as_slice(), self.file.to.as_slice()];
         let mut figures = figures_of(self.file.machine.plant(), &self.file.limits, ends, &records);
-        if self.paper {
+        if self.is_papers() {
             number_like_the_paper(&mut figures);
         }
         figures
     }
 
+    /// Whether the move is the paper's: its figures get the paper's numbers.
+    fn is_papers(&self) -> bool {
+        let paper = MoveFile::parse(PAPER_MOVE, "paper.toml");
+        let ends = |file: &MoveFile| (file.from.clone(), file.to.clone());
+        paper.is_ok_and(|paper| {
+            paper.machine == self.file.machine && ends(&paper) == ends(self.file)
+        })
+    }
+
     /// The HTML report.
     #[must_use]
     pub fn html(&self) -> String {
-        let assumed: &[(&str, &str)] = if self.paper {
-            &PAPER_LIMIT_ASSUMPTIONS
-        } else {
-            &[]
-        };
         let duration_ms = time::seconds(self.trajectory.duration_ticks()) * 1e3;
         Report {
             title: format!("Move {}", self.file.name),
@@ -75,7 +78,7 @@ impl Document<'_> {
             limit_row: Some(limit_row(self.file)),
             figures: self.figures(),
             notes: self.notes(),
-            parameters: parameters_of(self.file, assumed),
+            parameters: parameters_of(self.file),
         }
         .html()
     }
@@ -104,12 +107,17 @@ impl Document<'_> {
             ));
             notes.push(note(
                 "Dynamics",
-                format!(
-                    "Integrated with error control under the planned control, the machine misses the end by {:.1e} \
-                     (largest coordinate, in SI units).",
-                    plan.end_miss.largest()
+                plan.warning().map_or_else(
+                    || {
+                        let share = plan.end_miss.worst().map_or(0.0, |worst| worst.relative());
+                        format!(
+                            "Integrated with error control under the planned control, no coordinate misses its end by more than \
+                             {share:.1e} of what it moves."
+                        )
+                    },
+                    |warning| format!("Doubtful: {warning}."),
                 ),
-                false,
+                plan.warning().is_some(),
             ));
             if let Some(v) = &plan.largest_violation {
                 let text = if v.relative() > 0.0 {
@@ -127,6 +135,11 @@ impl Document<'_> {
                 notes.push(note("Limits", text, v.relative() > 0.0));
             }
         }
+        notes.extend(
+            self.remarks
+                .iter()
+                .map(|text| note("Remark", text.clone(), true)),
+        );
         for run in self.drawn {
             let limited = run.recording.commands.iter();
             let ticks = limited

@@ -2,7 +2,7 @@
 
 use crate::machine::{OutputKind, Plant};
 use crate::movefile::{Limits, MoveFile};
-use crate::report::{Record, SummaryRow};
+use crate::report::{MARKED_BEYOND, Record, SummaryRow};
 use crate::simulate::path::RigidPath;
 use crate::simulate::profile::{Profile, Shaper};
 use crate::simulate::shortest::{ShortestError, Task};
@@ -50,10 +50,22 @@ impl Run {
         }
     }
 
-    /// Its row in the comparison.
+    /// Its row in the comparison; whether a displacement is beyond its limit is judged output by output.
     #[must_use]
-    pub fn row(&self) -> SummaryRow {
+    pub fn row(&self, file: &MoveFile) -> SummaryRow {
         let m = &self.metrics;
+        let outputs = file.machine.plant().outputs();
+        let beyond = outputs
+            .iter()
+            .zip(&file.limits.outputs)
+            .any(|(output, limit)| {
+                let peak = m
+                    .elastic_displacement
+                    .iter()
+                    .find(|peak| peak.key == output.key);
+                peak.zip(*limit)
+                    .is_some_and(|(peak, limit)| peak.peak > limit * (1.0 + MARKED_BEYOND))
+            });
         let displacements = m.elastic_displacement.iter().filter(|p| p.unit == "m");
         SummaryRow {
             name: self.name.clone(),
@@ -61,6 +73,7 @@ impl Run {
             peak_strain: m.peak_strain,
             residual_strain: m.residual_strain,
             elastic_displacement_m: displacements.map(|p| p.peak).reduce(f64::max),
+            elastic_displacement_beyond: beyond,
             stress_pa: m.stress_pa,
             torque_nm: Some(m.torque_nm),
             torque_rate_nm_per_s: Some(m.torque_rate_nm_per_s),

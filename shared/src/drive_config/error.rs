@@ -2,11 +2,13 @@
 
 use core::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::{MAX_BUSES, MOST_BUS_LOAD_PERMILLE};
 use crate::MAX_AXES;
 
 /// Why a drive configuration is refused. Its `Display` says what to do.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum DriveConfigError {
@@ -90,7 +92,7 @@ pub enum DriveConfigError {
 }
 
 /// A number of an axis that is out of its range, and its value.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Problem {

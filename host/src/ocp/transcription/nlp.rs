@@ -263,17 +263,17 @@ impl NlpProblem for CollocationNlp {
                 }
             }
             let stage = &self.derivatives.values[point * sizes.stage_values()..];
-            for state in 0..sizes.states {
-                put(-at.half_share * t.scaling.duration_s * stage[state] * row_scale(state));
+            for (state, slope) in stage[..sizes.states].iter().enumerate() {
+                put(-at.half_share * t.scaling.duration_s * slope * row_scale(state));
             }
         }
         let mut slots = entries[self.jacobian_offsets[t.points.len()]..].iter_mut();
         let end = &self.derivatives.entries[t.points.len() * structure.len()..];
         for (entry, &(row, variable)) in end.iter().zip(structure) {
-            if t.end_path_row(row).is_some() {
-                if let Some(slot) = slots.next() {
-                    *slot = entry * row_scale(row) * t.stage_scale(variable);
-                }
+            if t.end_path_row(row).is_some()
+                && let Some(slot) = slots.next()
+            {
+                *slot = entry * row_scale(row) * t.stage_scale(variable);
             }
         }
         let ends = &t.problem.endpoint;
@@ -281,10 +281,10 @@ impl NlpProblem for CollocationNlp {
         let mut derivatives = vec![0.0; ends.structure().jacobian.len()];
         ends.jacobian(&t.endpoint_variables(x), &mut values, &mut derivatives);
         for (entry, &(row, variable)) in derivatives.iter().zip(&ends.structure().jacobian) {
-            if row > 0 {
-                if let Some(slot) = slots.next() {
-                    *slot = entry * t.endpoint_scale(variable) / t.scaling.ends[row - 1];
-                }
+            if row > 0
+                && let Some(slot) = slots.next()
+            {
+                *slot = entry * t.endpoint_scale(variable) / t.scaling.ends[row - 1];
             }
         }
     }
@@ -322,11 +322,11 @@ impl NlpProblem for CollocationNlp {
             timed.fill(0.0);
             let derivatives = &self.derivatives.entries[point * jacobian.len()..][..jacobian.len()];
             for (entry, &(row, variable)) in derivatives.iter().zip(jacobian) {
-                if row < sizes.states || row == cost {
-                    if let Ok(position) = self.timed.binary_search(&variable) {
-                        timed[position] +=
-                            weights[row] * entry * t.stage_scale(variable) * t.scaling.duration_s;
-                    }
+                if (row < sizes.states || row == cost)
+                    && let Ok(position) = self.timed.binary_search(&variable)
+                {
+                    timed[position] +=
+                        weights[row] * entry * t.stage_scale(variable) * t.scaling.duration_s;
                 }
             }
             for (row, weight) in weights.iter_mut().enumerate() {

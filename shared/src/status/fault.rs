@@ -2,8 +2,10 @@
 
 use core::fmt;
 
+use serde::{Deserialize, Serialize};
+
 /// The first cause since the last `clear`, and when.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fault {
     /// What happened.
@@ -13,7 +15,7 @@ pub struct Fault {
 }
 
 /// Why the executor took the torque away.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FaultCause {
@@ -58,6 +60,29 @@ pub enum FaultCause {
     },
     /// There was nothing to play.
     NothingLoaded,
+    /// A quick stop was asked for.
+    QuickStop,
+    /// Nothing was heard from the host, and the policy chosen at start is a quick stop.
+    CommsLost {
+        /// Drive ticks since something was heard.
+        silent_ticks: u32,
+        /// The longest silence allowed, in drive ticks.
+        limit_ticks: u32,
+    },
+    /// The previous tick took too long.
+    LoopOverrun {
+        /// Its duration in time ticks of 0.1 µs.
+        duration_ticks: u32,
+        /// The longest duration allowed, in time ticks of 0.1 µs.
+        limit_ticks: u32,
+    },
+    /// Ticks of the drive loop were left out during a move.
+    TicksMissed {
+        /// How many.
+        missed: u16,
+    },
+    /// The board started anew while the drives were on; found afterwards in the fault record.
+    Restart,
 }
 
 impl fmt::Display for Fault {
@@ -114,6 +139,32 @@ impl fmt::Display for FaultCause {
             Self::NothingLoaded => {
                 write!(f, "there is nothing to play: load a trajectory, then clear")
             }
+            Self::QuickStop => write!(f, "a quick stop was asked for: clear to go on"),
+            Self::CommsLost {
+                silent_ticks,
+                limit_ticks,
+            } => write!(
+                f,
+                "nothing was heard from the host for {silent_ticks} ticks, {limit_ticks} are allowed: \
+                 check the link, then clear"
+            ),
+            Self::LoopOverrun {
+                duration_ticks,
+                limit_ticks,
+            } => write!(
+                f,
+                "a tick of the drive loop took {} µs, {} µs are allowed: lower the tick rate, then clear",
+                f64::from(duration_ticks) / 10.0,
+                f64::from(limit_ticks) / 10.0
+            ),
+            Self::TicksMissed { missed } => write!(
+                f,
+                "the drive loop left out {missed} ticks during a move: lower the tick rate, then clear"
+            ),
+            Self::Restart => write!(
+                f,
+                "the board started anew while the drives were on: check its supply and its log"
+            ),
         }
     }
 }

@@ -2,10 +2,12 @@
 
 use core::fmt;
 
-use stillpoint_shared::time;
+use serde::{Deserialize, Serialize};
+
+use crate::time;
 
 /// A place in a trajectory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Place {
     /// Axis, from 0.
@@ -17,7 +19,7 @@ pub struct Place {
 }
 
 /// A quantity the trajectory carries.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Quantity {
@@ -30,7 +32,7 @@ pub enum Quantity {
 }
 
 /// A limit of an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Limit {
@@ -45,7 +47,7 @@ pub enum Limit {
 }
 
 /// Why a trajectory may not run on this machine.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Rejection {

@@ -1,0 +1,84 @@
+//! 168 MHz from the crystal: RM0090, sections 3.5 (wait states), 5.1.3 (voltage) and 7.2 (clocks).
+
+use stm32f4::stm32f405::{FLASH, PWR, RCC};
+
+use super::timer::CORE_HZ;
+
+/// Clock of USART2–5 and of the CAN controllers.
+pub const APB1_HZ: u32 = CORE_HZ / 4;
+
+/// The PLL makes 336 MHz of its input and halves that.
+const VCO_MHZ: u32 = 2 * CORE_HZ / 1_000_000;
+
+/// Divider of the crystal and multiplier of the PLL. The input of the PLL is 2 MHz where possible,
+/// which jitters least, or 1 MHz.
+const fn pll(crystal_mhz: u32) -> (u8, u16) {
+    assert!(
+        crystal_mhz >= 4 && crystal_mhz <= 26,
+        "an STM32F405 takes a crystal of 4 to 26 MHz"
+    );
+    let input_mhz = if crystal_mhz.is_multiple_of(2) { 2 } else { 1 };
+    ((crystal_mhz / input_mhz) as u8, (VCO_MHZ / input_mhz) as u16)
+}
+
+/// What has not become ready in time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
+pub enum ClockError {
+    Crystal,
+    Pll,
+    Switch,
+}
+
+/// Brings the core to its [`CORE_HZ`]. Should the crystal stop later, the hardware raises the
+/// non-maskable interrupt.
+pub fn start<const CRYSTAL_MHZ: u32>(
+    rcc: &RCC,
+    pwr: &PWR,
+    flash: &FLASH,
+) -> Result<(), ClockError> {
+    let (divider, multiplier) = const { pll(CRYSTAL_MHZ) };
+
+    rcc.apb1enr().modify(|_, w| w.pwren().set_bit());
+    pwr.cr().modify(|_, w| w.vos().set_bit());
+
+    rcc.cr().modify(|_, w| w.hseon().set_bit());
+    wait(|| rcc.cr().read().hserdy().bit(), ClockError::Crystal)?;
+
+    // SAFETY: the values are in the range of their fields by `pll`; 336 MHz / 7 = 48 MHz.
+    rcc.pllcfgr().write(|w| unsafe {
+        w.pllsrc().hse();
+        w.pllm().bits(divider);
+        w.plln().bits(multiplier);
+        w.pllp().div2();
+        w.pllq().bits(7)
+    });
+    rcc.cr().modify(|_, w| w.pllon().set_bit());
+    wait(|| rcc.cr().read().pllrdy().bit(), ClockError::Pll)?;
+
+    flash.acr().write(|w| {
+        w.latency().ws5();
+        w.prften().set_bit();
+        w.icen().set_bit();
+        w.dcen().set_bit()
+    });
+    rcc.cfgr().modify(|_, w| {
+        w.hpre().div1();
+        w.ppre1().div4();
+        w.ppre2().div2();
+        w.sw().pll()
+    });
+    wait(|| rcc.cfgr().read().sws().is_pll(), ClockError::Switch)?;
+
+    rcc.cr().modify(|_, w| w.csson().set_bit());
+    Ok(())
+}
+
+/// Waits for at most a few 100 ms at the 16 MHz of the start.
+fn wait(ready: impl Fn() -> bool, error: ClockError) -> Result<(), ClockError> {
+    for _ in 0..500_000 {
+        if ready() {
+            return Ok(());
+        }
+    }
+    Err(error)
+}

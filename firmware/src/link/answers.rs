@@ -1,0 +1,230 @@
+//! What each request does.
+
+use heapless::{String, Vec};
+use stillpoint_shared::Limits;
+use stillpoint_shared::drive_config::{Cycle, DriveConfig};
+use stillpoint_shared::protocol::{
+    Capacities, Denial, Greeting, Identity, LinkCounters, Request, Response, Versions,
+};
+
+use super::machine::Access;
+use super::session::Outcome;
+use super::{BoardInfo, WINDOW};
+use crate::store::Store;
+use crate::store::flash::Flash;
+use crate::{Command, Config, ConfigError, Refusal};
+
+/// The parts that a request can reach.
+pub(super) struct Reach<'a, M, F> {
+    pub(super) machine: &'a mut M,
+    pub(super) store: &'a mut Store<F>,
+}
+
+impl<M, F: Flash> Reach<'_, M, F> {
+    /// Who is there, for the greeting of the given session.
+    pub(super) fn identity<const AXES: usize>(&mut self, info: &BoardInfo, session: u16) -> Identity
+    where
+        M: Access<AXES>,
+    {
+        let capacities = Capacities::new(WINDOW, self.store.bytes() as u32);
+        let stored = self.store.moves().map(|stored| stored.content_hash);
+        let stored = gathered(stored);
+        self.machine.with(|machine| Identity {
+            greeting: Greeting {
+                versions: Versions::OWN,
+                session,
+                board: name(info.board),
+                firmware: name(info.firmware),
+                build_id: info.build_id,
+            },
+            axes: AXES as u8,
+            period_ticks: info.period_ticks,
+            capacities,
+            state: machine.executor.state(),
+            limits_hash: machine.limits_hash(),
+            loaded: machine.loaded(),
+            stored,
+        })
+    }
+
+    /// Answers a request that is no order.
+    pub(super) fn ask<const AXES: usize>(
+        &mut self,
+        request: &Request<'_>,
+        counters: LinkCounters,
+    ) -> Result<Response, Denial>
+    where
+        M: Access<AXES>,
+    {
+        Ok(match *request {
+            Request::Status => Response::Status(self.machine.with(|m| m.status(counters))),
+            Request::KeepAlive => Response::Done,
+            Request::UploadBlock(block) => {
+                let arrived = self.machine.with(|m| {
+                    m.executor
+                        .load_block(block.tag, block.block, block.values)
+                        .map(|()| m.arrived())
+                });
+                Response::Upload(arrived?)
+            }
+            Request::UploadProgress => Response::Upload(self.machine.with(|m| m.arrived())),
+            Request::List => Response::Stored(gathered(self.store.moves())),
+            Request::GetLimits => Response::Limits(self.machine.with(|m| m.configuration())?.0),
+            Request::GetConfig => Response::Config(self.machine.with(|m| m.configuration())?.1),
+            Request::GetDrives => Response::Drives(self.store.drives()),
+            Request::GetFault => Response::Fault(self.machine.with(|m| m.fault_head())),
+            Request::GetFaultSamples { first } => {
+                let samples = self.machine.with(|m| m.fault_samples(first));
+                if samples.is_empty() {
+                    let head = self.machine.with(|m| m.fault_head());
+                    let samples = head.map_or(0, |head| head.samples);
+                    return Err(Denial::FaultSample { first, samples });
+                }
+                Response::FaultSamples(samples)
+            }
+            // The orders, which do not come here.
+            _ => return Err(Denial::NotUnderstood { bytes: 0 }),
+        })
+    }
+
+    /// Whether the executor takes a command, as far as its state says.
+    fn allow<const AXES: usize>(&mut self, command: Command) -> Result<(), Refusal>
+    where
+        M: Access<AXES>,
+    {
+        self.machine
+            .with(|machine| machine.executor.allows(command))
+    }
+
+    /// Obeys an order.
+    pub(super) fn obey<const AXES: usize>(
+        &mut self,
+        request: &Request<'_>,
+        info: &BoardInfo,
+    ) -> Result<Outcome, Denial>
+    where
+        M: Access<AXES>,
+    {
+        match *request {
+            Request::UploadBegin(ref outline) => {
+                let begun = self
+                    .machine
+                    .with(|m| m.executor.begin_load(outline).map(|()| m.arrived()));
+                return Ok(Outcome::Upload(begun?));
+            }
+            Request::UploadCommit { content_hash } => {
+                self.allow(Command::CommitLoad)?;
+                self.machine.at_rest(|m| {
+                    let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
+                    m.executor.commit_load(content_hash, &measured_rad)
+                })?;
+            }
+            Request::UploadAbort => self.machine.with(|m| m.executor.abort_load()),
+            Request::Arm => self.machine.with(|m| m.executor.arm())?,
+            Request::Disarm => self.machine.with(|m| m.executor.disarm())?,
+            Request::Start(ref start) => self.machine.with(|m| m.executor.start(start))?,
+            Request::Hold => self.machine.with(|m| m.executor.hold())?,
+            Request::Resume => self.machine.with(|m| m.executor.resume())?,
+            Request::Override { percent } => {
+                self.machine.with(|m| m.executor.set_override(percent))?;
+            }
+            Request::QuickStop => self.machine.with(|m| m.executor.quick_stop()),
+            Request::Clear => self.machine.with(|m| m.executor.clear())?,
+            Request::Store => {
+                self.allow(Command::Store)?;
+                let store = &mut *self.store;
+                self.machine
+                    .at_rest(|m| store.put(m.executor.trajectory()))?;
+            }
+            Request::Load { content_hash } => {
+                self.allow(Command::Load)?;
+                let bytes = self.store.find(content_hash)?;
+                self.machine.at_rest(|m| {
+                    let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
+                    m.executor.load_encoded(bytes, &measured_rad)
+                })?;
+            }
+            Request::Erase { content_hash } => {
+                self.allow(Command::Erase)?;
+                match content_hash {
+                    Some(content_hash) => self.store.delete(content_hash)?,
+                    None => self.store.delete_all()?,
+                }
+            }
+            Request::SetTelemetry(config) => self.machine.with(|m| m.tap.set(config)),
+            Request::SetLimits(ref axes) => {
+                let limits = Limits::new(axes).map_err(Denial::Limits)?;
+                let config = self.machine.with(|m| *m.executor.config());
+                let config = if config.period_ticks == 0 {
+                    info.config()
+                } else {
+                    config
+                };
+                self.machine.with(|m| m.may_configure(&limits, &config))?;
+                self.store.put_limits(&limits)?;
+                self.machine
+                    .with(|m| m.executor.configure(limits, config))?;
+            }
+            Request::SetConfig(config) => {
+                let (given_ticks, board_ticks) = (config.period_ticks, info.period_ticks);
+                if given_ticks != board_ticks {
+                    let error = ConfigError::Period {
+                        given_ticks,
+                        board_ticks,
+                    };
+                    return Err(Refusal::from(error).into());
+                }
+                let (limits, _) = self.machine.with(|m| m.configuration())?;
+                self.machine.with(|m| m.may_configure(&limits, &config))?;
+                self.store.put_config(&config)?;
+                self.machine
+                    .with(|m| m.executor.configure(limits, config))?;
+            }
+            Request::SetDrives { bus, ref axes } => {
+                if axes.len() != AXES {
+                    let (given, board) = (axes.len() as u8, AXES as u8);
+                    return Err(Denial::DriveAxes { given, board });
+                }
+                let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
+                Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
+                self.allow(Command::Configure)?;
+                self.store.put_drives(&drives)?;
+            }
+            // The others, which do not come here.
+            _ => return Err(Denial::NotUnderstood { bytes: 0 }),
+        }
+        Ok(Outcome::Done)
+    }
+}
+
+/// As many as there is room for; `collect` would panic beyond.
+pub(super) fn gathered<T, const N: usize>(items: impl Iterator<Item = T>) -> Vec<T, N> {
+    let mut gathered = Vec::new();
+    for item in items {
+        if gathered.push(item).is_err() {
+            break;
+        }
+    }
+    gathered
+}
+
+/// As much of a name as fits.
+fn name(text: &str) -> String<16> {
+    let mut name = String::new();
+    for character in text.chars() {
+        if name.push(character).is_err() {
+            break;
+        }
+    }
+    name
+}
+
+impl BoardInfo {
+    /// How the executor of this board plays unless it is told otherwise.
+    pub fn config(&self) -> Config {
+        Config {
+            period_ticks: self.period_ticks,
+            ..Config::default()
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! What the link drives: the executor and the tap on its ticks, shared with the drive loop.
+
+use heapless::Vec;
+use stillpoint_shared::Limits;
+use stillpoint_shared::assembly::Arrived;
+use stillpoint_shared::config::Config;
+use stillpoint_shared::protocol::{
+    AxisStatus, FaultAxis, FaultHead, FaultSample, LinkCounters, MAX_FAULT_SAMPLES, Status,
+};
+
+use super::Tap;
+use super::answers::gathered;
+use crate::{
+    Command, ConfigError, DriveGroup, Executor, FaultRecord, Refusal, TickInputs, TickReport,
+};
+
+/// An executor with a tap for telemetry.
+///
+/// A static one that begins as [`Machine::unconfigured`] takes no flash and is never moved.
+#[derive(Debug)]
+pub struct Machine<const AXES: usize> {
+    /// The executor.
+    pub executor: Executor<AXES>,
+    /// The tap on its ticks.
+    pub tap: Tap,
+}
+
+/// A way to the machine that the drive loop uses, too.
+///
+/// On a board the drive loop interrupts the link, and what is done in `with` is what it has to wait
+/// for; the link does as little there as it can. Only commands that are refused during a move take
+/// longer than a fraction of a tick, and those go through `at_rest`: the commit of an upload, storing
+/// and loading from the store.
+pub trait Access<const AXES: usize> {
+    /// Does something with the machine, undisturbed.
+    fn with<R>(&mut self, act: impl FnOnce(&mut Machine<AXES>) -> R) -> R;
+
+    /// Does something that takes many ticks, with the machine at rest. A board keeps its drive loop
+    /// going meanwhile, with a [`StandIn`](crate::stand_in::StandIn).
+    fn at_rest<R>(&mut self, act: impl FnOnce(&mut Machine<AXES>) -> R) -> R {
+        self.with(act)
+    }
+}
+
+impl<const AXES: usize> Access<AXES> for Machine<AXES> {
+    fn with<R>(&mut self, act: impl FnOnce(&mut Self) -> R) -> R {
+        act(self)
+    }
+}
+
+impl<const AXES: usize> Machine<AXES> {
+    /// A machine that waits for its configuration. All its bytes are zero.
+    pub const fn unconfigured() -> Self {
+        Self {
+            executor: Executor::unconfigured(),
+            tap: Tap::off(),
+        }
+    }
+
+    /// A machine with these limits, which must be of AXES axes.
+    pub fn new(limits: Limits, config: Config) -> Result<Self, ConfigError> {
+        Ok(Self {
+            executor: Executor::new(limits, config)?,
+            tap: Tap::off(),
+        })
+    }
+
+    /// One tick of the drive loop.
+    #[inline]
+    pub fn tick<D: DriveGroup<AXES>>(
+        &mut self,
+        drives: &mut D,
+        inputs: &TickInputs,
+    ) -> TickReport<'_, AXES> {
+        let report = self.executor.tick(drives, inputs);
+        self.tap.record(&report);
+        report
+    }
+
+    /// The limits and the configuration, if there are any.
+    pub(super) fn configuration(&self) -> Result<(Limits, Config), Refusal> {
+        let limits = self.executor.limits().ok_or(Refusal::NotConfigured)?;
+        Ok((limits.clone(), *self.executor.config()))
+    }
+
+    /// Whether these can be configured now.
+    pub(super) fn may_configure(&self, limits: &Limits, config: &Config) -> Result<(), Refusal> {
+        self.executor.allows(Command::Configure)?;
+        config.check()?;
+        let axes = limits.axes().len();
+        if axes != AXES {
+            return Err(ConfigError::Axes {
+                limits: axes as u8,
+                executor: AXES as u8,
+            }
+            .into());
+        }
+        Ok(())
+    }
+
+    /// Content hash of what is loaded.
+    pub(super) fn loaded(&self) -> Option<u64> {
+        let trajectory = self.executor.trajectory();
+        (trajectory.intervals().len() > 0).then_some(trajectory.header().content_hash)
+    }
+
+    /// Hash of the limits; 0 without any.
+    pub(super) fn limits_hash(&self) -> u64 {
+        self.executor.limits().map_or(0, Limits::hash)
+    }
+
+    pub(super) fn status(&self, link: LinkCounters) -> Status {
+        let executor = &self.executor;
+        let measured_rad = executor.measured_rad();
+        let peaks = executor.monitor().peak_following_error_rad();
+        let mut axes = Vec::new();
+        for (axis, (limited, peak)) in executor.limited().iter().zip(&peaks).enumerate() {
+            // There is room for all axes.
+            let _ = axes.push(AxisStatus {
+                measured_rad: measured_rad.as_ref().and_then(|rad| rad.get(axis)).copied(),
+                following_peak_rad: *peak,
+                limited: *limited,
+            });
+        }
+        Status {
+            state: executor.state(),
+            held_by: executor.hold_reason(),
+            fault: executor.fault(),
+            tick: executor.ticks(),
+            path_ticks: executor.path_ticks(),
+            duration_ticks: executor.trajectory().duration_ticks(),
+            loaded: self.loaded(),
+            limits_hash: self.limits_hash(),
+            override_percent: executor.override_percent(),
+            dry_run: executor.is_dry_run(),
+            axes,
+            upload: executor.arrived(),
+            link: LinkCounters {
+                dropped: self.tap.dropped(),
+                ..link
+            },
+        }
+    }
+
+    pub(super) fn arrived(&self) -> Arrived {
+        self.executor.arrived()
+    }
+
+    pub(super) fn fault_head(&self) -> Option<FaultHead> {
+        let record = self.executor.fault_record()?;
+        let head = record.head()?;
+        Some(FaultHead {
+            fault: head.fault?,
+            build_id: head.build_id,
+            trajectory_hash: head.trajectory_hash,
+            period_ticks: head.period_ticks,
+            samples: record.samples().count() as u16,
+        })
+    }
+
+    /// Samples of the fault record from the `first` on; none beyond the end.
+    pub(super) fn fault_samples(&self, first: u16) -> Vec<FaultSample, MAX_FAULT_SAMPLES> {
+        let record = self.executor.fault_record();
+        let samples = record.into_iter().flat_map(FaultRecord::samples);
+        let samples = samples.skip(usize::from(first)).take(MAX_FAULT_SAMPLES);
+        let samples = samples.map(|sample| {
+            let values = sample
+                .following_error_rad
+                .into_iter()
+                .zip(sample.velocity_rad_per_s)
+                .zip(sample.torque_nm);
+            let axes =
+                values.map(
+                    |((following_error_rad, velocity_rad_per_s), torque_nm)| FaultAxis {
+                        following_error_rad,
+                        velocity_rad_per_s,
+                        torque_nm,
+                    },
+                );
+            FaultSample {
+                tick: sample.tick,
+                path_ticks: sample.path_ticks,
+                state: sample.state,
+                limited: sample.limited,
+                path_speed: sample.path_speed,
+                age_ticks: sample.age_ticks,
+                axes: gathered(axes),
+            }
+        });
+        gathered(samples)
+    }
+}

@@ -1,0 +1,204 @@
+//! How fast the path speed of a move may change, from the move's own numbers.
+//!
+//! Let s be path time and σ = ds/dt. Along the planned path q(s) the equations of motion are
+//!
+//! ```text
+//! τ = A(s) σ² + B(s) σ̇ + G(s),    A + G = the planned torque,    B = M(q) q′
+//! ```
+//!
+//! (no viscous friction; an elastic member follows the same law as far as it follows at all). So a
+//! move that is inside its torque limits stays inside them when it is played evenly slower. While σ
+//! changes, B is needed, and the trajectory does not carry it. What it does carry:
+//!
+//! - G, the static load, is the torque at both ends, where the axis is still; between them the
+//!   straight line over path time is taken. Without a load (`torque_free_ends`) it is zero.
+//! - B ≈ J v, with v the planned velocity and J the inertia that explains the planned torque best:
+//!   the J that minimises Σ (A − J v′)² over the LGR points, and not below 0. On the paper's move
+//!   it explains 97 to 98 % of the torque's square; the rest is coupling and elasticity, which the
+//!   drives' own loops supply while σ changes, as they supply all of B where J is 0 (a trajectory
+//!   without torques).
+//!
+//! # Bounds
+//! With u the torque-rate limit, a = σ̇ and |A′| ≤ u,
+//! dτ/dt = A′σ³ + (2A + B′) σ a + B ȧ. Towards a speed σ* ≤ 1 the ramp goes with a = (σ* − σ)/T,
+//! and all of dτ/dt fits into u whatever the signs are if, with ε = 1 − σ,
+//! 3 A σ ε/T + B ε/T² ≤ u (1 − σ³), where B′ ≈ A; so T = 1.1 · max(√(B/u), 3A/2u, B/τ_max) is
+//! enough, and a jerk of ¾ (1 − σ) u/B on the way there. Slowing down starts at full speed, where
+//! 1 − σ³ leaves nothing for the worst case: there, as everywhere, [`ramp`](crate::ramp) keeps
+//! each axis inside its limits tick by tick, with a and ȧ bounded by τ_max/B and u/B.
+
+use stillpoint_shared::basis::MAX_SUPPORT;
+use stillpoint_shared::status::Quantity;
+use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
+use stillpoint_shared::{AxisLimits, Limits, Trajectory, lgr};
+
+use crate::nodes::{Nodes, channel};
+
+/// Bounds on the change of path speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RampLimits {
+    /// Largest |σ̇| in 1/s.
+    pub acceleration_per_s: f32,
+    /// Largest |σ̈| in 1/s².
+    pub jerk_per_s2: f32,
+    /// 1/T: σ̇ towards a greater speed, per distance from it, in 1/s.
+    pub approach_per_s: f32,
+}
+
+/// What one axis' torque is made of, beside the plan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisPace {
+    /// J in kg·m².
+    pub inertia_kg_m2: f32,
+    /// Static torque at the start, in N·m.
+    pub static_nm: f32,
+    /// Change of the static torque per time tick, in N·m.
+    pub static_nm_per_tick: f32,
+}
+
+/// The numbers of a move with AXES axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pace<const AXES: usize> {
+    /// Bounds on the path speed's change.
+    pub limits: RampLimits,
+    /// Torques, axis by axis.
+    pub axes: [AxisPace; AXES],
+}
+
+impl<const AXES: usize> Pace<AXES> {
+    /// No move.
+    pub(crate) const NONE: Self = Self {
+        limits: RampLimits {
+            acceleration_per_s: 0.0,
+            jerk_per_s2: 0.0,
+            approach_per_s: 0.0,
+        },
+        axes: [AxisPace {
+            inertia_kg_m2: 0.0,
+            static_nm: 0.0,
+            static_nm_per_tick: 0.0,
+        }; AXES],
+    };
+
+    /// The numbers of an accepted trajectory; `ramp_s` is the shortest time between standstill and
+    /// full path speed.
+    ///
+    /// Once per move, in f64: about as much work as the acceptance check.
+    pub fn of(trajectory: &Trajectory, limits: &Limits, ramp_s: f32) -> Self {
+        let mut pace = Self::NONE;
+        let ramp_s = f64::from(ramp_s);
+        // From rest to rest in ramp_s with the least peak of the acceleration: a triangle.
+        let mut acceleration = 2.0 / ramp_s;
+        let mut jerk = 4.0 / (ramp_s * ramp_s);
+        let mut approach_s = ramp_s / 5.0;
+        let axes = pace.axes.iter_mut().zip(limits.axes());
+        for (axis, (pace, limits)) in axes.enumerate() {
+            let torques = Torques::of(trajectory, axis);
+            *pace = torques.pace();
+            let momentum = f64::from(pace.inertia_kg_m2) * torques.speed_rad_per_s;
+            let (torque, rate) = (
+                f64::from(limits.torque_nm),
+                f64::from(limits.torque_rate_nm_per_s),
+            );
+            if momentum > 0.0 {
+                acceleration = smaller(acceleration, torque / momentum);
+                jerk = smaller(jerk, rate / momentum);
+            }
+            approach_s = larger(approach_s, approach(limits, momentum, torques.largest_nm));
+        }
+        pace.limits = RampLimits {
+            acceleration_per_s: acceleration as f32,
+            jerk_per_s2: jerk as f32,
+            approach_per_s: (1.0 / approach_s) as f32,
+        };
+        pace
+    }
+}
+
+/// T in s, for |B| up to `momentum` and |A| up to `largest_nm`.
+fn approach(limits: &AxisLimits, momentum: f64, largest_nm: f64) -> f64 {
+    let rate = f64::from(limits.torque_rate_nm_per_s);
+    let by_jerk = libm::sqrt(momentum / rate);
+    let by_rate = 1.5 * largest_nm / rate;
+    let by_torque = momentum / f64::from(limits.torque_nm);
+    1.1 * larger(by_jerk, larger(by_rate, by_torque))
+}
+
+/// One axis' torques without their static part, and its accelerations.
+struct Torques {
+    static_nm: f64,
+    static_nm_per_tick: f64,
+    /// Σ A v′ and Σ v′², weighted by time.
+    against_acceleration: f64,
+    acceleration_square: f64,
+    largest_nm: f64,
+    speed_rad_per_s: f64,
+}
+
+impl Torques {
+    fn of(trajectory: &Trajectory, axis: usize) -> Self {
+        let axes = trajectory.axes();
+        let mut whole = channel(trajectory.coefficients(), axes, Quantity::Torque, axis);
+        let first = f64::from(whole.next().unwrap_or(0.0));
+        let last = f64::from(whole.next_back().unwrap_or(0.0));
+        let duration = f64::from(trajectory.duration_ticks());
+        let mut torques = Self {
+            static_nm: first,
+            static_nm_per_tick: (last - first) / duration,
+            against_acceleration: 0.0,
+            acceleration_square: 0.0,
+            largest_nm: 0.0,
+            speed_rad_per_s: 0.0,
+        };
+        let mut nodes = Nodes::empty();
+        let mut row = [0.0; MAX_SUPPORT];
+        for interval in trajectory.intervals() {
+            nodes.prepare(interval.points);
+            let row = row.get_mut(..=interval.points).unwrap_or_default();
+            let speeds = || channel(interval.coefficients, axes, Quantity::Velocity, axis);
+            let planned = channel(interval.coefficients, axes, Quantity::Torque, axis);
+            let duration_ticks = f64::from(interval.duration_ticks);
+            let per_second = 2.0 * f64::from(TIME_TICKS_PER_SECOND) / duration_ticks;
+            for (i, ((&node, planned), speed)) in
+                nodes.nodes().iter().zip(planned).zip(speeds()).enumerate()
+            {
+                let ticks = f64::from(interval.start_ticks) + (node + 1.0) / 2.0 * duration_ticks;
+                let torque = f64::from(planned) - first - torques.static_nm_per_tick * ticks;
+                torques.largest_nm = larger(torques.largest_nm, torque.abs());
+                torques.speed_rad_per_s = larger(torques.speed_rad_per_s, f64::from(speed).abs());
+                if i == interval.points {
+                    continue;
+                }
+                // Lengths agree and i is a row: this cannot fail.
+                let _ = lgr::differentiation_row(nodes.nodes(), nodes.weights(), i, row);
+                let slope: f64 = row
+                    .iter()
+                    .zip(speeds())
+                    .map(|(entry, speed)| entry * f64::from(speed))
+                    .sum();
+                let acceleration = slope * per_second;
+                torques.against_acceleration += duration_ticks * torque * acceleration;
+                torques.acceleration_square += duration_ticks * acceleration * acceleration;
+            }
+        }
+        torques
+    }
+
+    fn pace(&self) -> AxisPace {
+        let inertia = self.against_acceleration / self.acceleration_square;
+        let explains = inertia.is_finite() && inertia > 0.0;
+        AxisPace {
+            inertia_kg_m2: if explains { inertia as f32 } else { 0.0 },
+            static_nm: self.static_nm as f32,
+            static_nm_per_tick: self.static_nm_per_tick as f32,
+        }
+    }
+}
+
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+fn smaller(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}

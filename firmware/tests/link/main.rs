@@ -1,0 +1,8 @@
+//! The board's side of the protocol: every request, and what the line can do to it.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod line;
+mod requests;
+mod rig;
+mod sampling;

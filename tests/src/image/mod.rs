@@ -1,0 +1,153 @@
+//! What can be proved about a linked board image without running it: what it occupies, whether a
+//! panic can be reached, how deep the stack can get.
+
+mod stack;
+mod thumb;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+use object::read::elf::{ElfFile32, ProgramHeader};
+use object::{Endianness, Object, ObjectSection, ObjectSymbol, SymbolKind};
+
+pub use stack::{StackError, StackUse};
+
+/// A linked image.
+#[derive(Debug)]
+pub struct Image {
+    functions: BTreeMap<u32, Function>,
+    sections: BTreeMap<String, Section>,
+    names: Vec<String>,
+    flash_bytes: u32,
+}
+
+#[derive(Debug, Clone)]
+struct Function {
+    name: String,
+    address: u32,
+    code: Vec<u8>,
+    /// Addresses from which on there is data (true) or code (false), ascending.
+    data: Vec<(u32, bool)>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Section {
+    address: u32,
+    bytes: u32,
+}
+
+/// Where RAM begins; see memory.x.
+const RAM: std::ops::Range<u32> = 0x2000_0000..0x2002_0000;
+
+impl Image {
+    /// Where `cargo image-<board>` puts its image.
+    pub fn path(board: &str) -> PathBuf {
+        let target = env::var_os("CARGO_TARGET_DIR").map_or_else(
+            || Path::new(env!("CARGO_MANIFEST_DIR")).join("../target"),
+            PathBuf::from,
+        );
+        target.join("thumbv7em-none-eabihf/firmware").join(board)
+    }
+
+    /// Reads the image of a board.
+    ///
+    /// # Panics
+    /// If it has not been built, saying how, or is no such image.
+    pub fn of(board: &str) -> Self {
+        let path = Self::path(board);
+        let bytes = fs::read(&path).unwrap_or_else(|error| {
+            panic!("{}: {error}; build it with: cargo image-{board}", path.display())
+        });
+        Self::parse(&bytes)
+    }
+
+    fn parse(bytes: &[u8]) -> Self {
+        let elf = ElfFile32::<Endianness>::parse(bytes).expect("an ELF file of 32 bits");
+        let mut sections = BTreeMap::new();
+        for section in elf.sections() {
+            let name = section.name().expect("a section's name").to_owned();
+            let (address, bytes) = (section.address() as u32, section.size() as u32);
+            sections.insert(name, Section { address, bytes });
+        }
+        let flash_bytes = elf
+            .elf_program_headers()
+            .iter()
+            .filter(|segment| segment.p_type(Endianness::Little) == object::elf::PT_LOAD)
+            .map(|segment| segment.p_filesz(Endianness::Little))
+            .sum();
+        Self {
+            functions: functions(&elf),
+            names: elf
+                .symbols()
+                .filter_map(|symbol| symbol.name().ok().map(str::to_owned))
+                .collect(),
+            sections,
+            flash_bytes,
+        }
+    }
+
+    /// Bytes of flash: code, constants, and the first values of variables.
+    pub fn flash_bytes(&self) -> u32 {
+        self.flash_bytes
+    }
+
+    /// Bytes of RAM taken by variables, whatever the program does; the stack comes on top.
+    pub fn static_ram_bytes(&self) -> u32 {
+        self.sections
+            .values()
+            .filter(|section| RAM.contains(&section.address))
+            .map(|section| section.bytes)
+            .sum()
+    }
+
+    /// Signs of a reachable panic: the marker of the panic handler, and functions that panic.
+    pub fn panics(&self) -> Vec<String> {
+        let marker = self.sections.get(".panic");
+        let marker = marker.filter(|section| section.bytes != 0);
+        let names = self
+            .names
+            .iter()
+            .filter(|name| ["panicking", "begin_unwind", "unwrap_failed"].iter().any(|panic| name.contains(panic)));
+        marker.map(|_| "section .panic".to_owned()).into_iter().chain(names.cloned()).collect()
+    }
+
+    /// How deep the stack gets at most from the exception handler (or `Reset`) of this name.
+    pub fn stack_of(&self, handler: &str) -> Result<StackUse, StackError> {
+        stack::of(&self.functions, handler)
+    }
+}
+
+/// All functions with their code. Several names for one address count as one function.
+fn functions(elf: &ElfFile32<'_>) -> BTreeMap<u32, Function> {
+    let text = elf.section_by_name(".text").expect("a section .text");
+    let (start, code) = (text.address() as u32, text.data().expect("the code"));
+    let mut data: Vec<(u32, bool)> = elf
+        .symbols()
+        .filter_map(|symbol| match symbol.name().unwrap_or_default().get(..2) {
+            Some("$d") => Some((symbol.address() as u32, true)),
+            Some("$t") => Some((symbol.address() as u32, false)),
+            _ => None,
+        })
+        .collect();
+    data.sort_unstable();
+    let mut functions = BTreeMap::new();
+    for symbol in elf.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text) {
+        // Bit 0 marks Thumb code.
+        let address = symbol.address() as u32 & !1;
+        let begin = address.wrapping_sub(start) as usize;
+        let Some(code) = code.get(begin..begin + symbol.size() as usize) else {
+            continue;
+        };
+        let function = Function {
+            name: symbol.name().unwrap_or_default().to_owned(),
+            address,
+            code: code.to_vec(),
+            data: data.clone(),
+        };
+        if !code.is_empty() {
+            functions.entry(address).or_insert(function);
+        }
+    }
+    functions
+}

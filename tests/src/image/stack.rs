@@ -1,0 +1,140 @@
+//! A bound on the stack: frames along the deepest path of the call graph.
+//!
+//! The frame of a function is taken to be all that its instructions push, on whatever path. A
+//! function that jumps to another one counts as calling it. Both only make the bound larger.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use super::thumb::{Effect, effect, length};
+use super::Function;
+
+/// The deepest path.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StackUse {
+    /// Bytes along it.
+    pub bytes: u32,
+    /// Functions along it, with their frames in bytes.
+    pub path: Vec<(String, u32)>,
+}
+
+/// Why there is no bound.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StackError {
+    /// There is no function of this name, or at this address.
+    Missing(String),
+    /// Functions call each other in a ring.
+    Recursion(Vec<String>),
+    /// A function takes stack by the amount.
+    Unknown(String),
+    /// A function calls through a pointer.
+    Indirect(String),
+}
+
+impl fmt::Display for StackError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Missing(name) => write!(f, "there is no function {name}"),
+            Self::Recursion(path) => write!(f, "recursion: {}", path.join(" → ")),
+            Self::Unknown(name) => write!(f, "{name} takes stack by an amount that is not known"),
+            Self::Indirect(name) => write!(f, "{name} calls through a pointer"),
+        }
+    }
+}
+
+struct Frame {
+    bytes: u32,
+    calls: Vec<u32>,
+}
+
+/// Bound for the function of this name.
+pub(super) fn of(functions: &BTreeMap<u32, Function>, name: &str) -> Result<StackUse, StackError> {
+    let function = functions
+        .values()
+        .find(|function| function.name == name)
+        .ok_or_else(|| StackError::Missing(name.to_owned()))?;
+    let mut search = Search {
+        functions,
+        known: BTreeMap::new(),
+        under_way: Vec::new(),
+    };
+    search.deepest(function.address)
+}
+
+struct Search<'a> {
+    functions: &'a BTreeMap<u32, Function>,
+    known: BTreeMap<u32, StackUse>,
+    under_way: Vec<u32>,
+}
+
+impl Search<'_> {
+    fn deepest(&mut self, address: u32) -> Result<StackUse, StackError> {
+        if let Some(known) = self.known.get(&address) {
+            return Ok(known.clone());
+        }
+        let function = self
+            .functions
+            .get(&address)
+            .ok_or_else(|| StackError::Missing(format!("at {address:#x}")))?;
+        if self.under_way.contains(&address) {
+            let ring = self.under_way.iter().chain([&address]);
+            let names = ring.filter_map(|address| self.functions.get(address));
+            return Err(StackError::Recursion(
+                names.map(|function| function.name.clone()).collect(),
+            ));
+        }
+        self.under_way.push(address);
+        let frame = frame(function)?;
+        let mut below = StackUse {
+            bytes: 0,
+            path: Vec::new(),
+        };
+        for call in frame.calls {
+            let called = self.deepest(call)?;
+            if called.bytes >= below.bytes {
+                below = called;
+            }
+        }
+        self.under_way.pop();
+        let mut path = vec![(function.name.clone(), frame.bytes)];
+        path.extend(below.path);
+        let deepest = StackUse {
+            bytes: frame.bytes + below.bytes,
+            path,
+        };
+        self.known.insert(address, deepest.clone());
+        Ok(deepest)
+    }
+}
+
+fn frame(function: &Function) -> Result<Frame, StackError> {
+    let inside = function.address..function.address + function.code.len() as u32;
+    let mut frame = Frame {
+        bytes: 0,
+        calls: Vec::new(),
+    };
+    let half_word = |offset: u32| {
+        let bytes = function.code.get(offset as usize..)?.first_chunk()?;
+        Some(u16::from_le_bytes(*bytes))
+    };
+    let mut offset = 0;
+    while let Some(first) = half_word(offset) {
+        let address = function.address + offset;
+        let following = function.data.partition_point(|(start, _)| *start <= address);
+        if following > 0 && function.data[following - 1].1 {
+            offset += 2;
+            continue;
+        }
+        let second = half_word(offset + 2).unwrap_or_default();
+        match effect(address, first, second) {
+            Effect::None => {}
+            Effect::Push(bytes) => frame.bytes += bytes,
+            Effect::PushUnknown => return Err(StackError::Unknown(function.name.clone())),
+            Effect::Indirect => return Err(StackError::Indirect(function.name.clone())),
+            Effect::Jump(target) if inside.contains(&target) => {}
+            Effect::Call(target) | Effect::Jump(target) => frame.calls.push(target),
+        }
+        offset += length(first);
+    }
+    Ok(frame)
+}
