@@ -16,7 +16,14 @@ fn main() -> io::Result<()> {
         fs::copy(source, folder.join(script))?;
     }
     println!("cargo::rustc-link-search={}", folder.display());
-    for argument in ["-Tlink.x", "-Tdefmt.x", "-Timage.x", "--nmagic", "--build-id=fast", "--icf=all"] {
+    for argument in [
+        "-Tlink.x",
+        "-Tdefmt.x",
+        "-Timage.x",
+        "--nmagic",
+        "--build-id=fast",
+        "--icf=all",
+    ] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }
     // defmt leaves out of the image what is below this level, and all but errors without it.

@@ -7,8 +7,8 @@ mod board;
 
 #[rtic::app(device = stm32f4::stm32f405, peripherals = true)]
 mod app {
-    use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m::peripheral::SYST;
+    use cortex_m::peripheral::syst::SystClkSource;
     use embedded_can::nb::Can;
     use nalgebra::SVector;
     use stillpoint_firmware::safety_io::SafetyIo;

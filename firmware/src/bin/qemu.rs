@@ -77,7 +77,10 @@ mod app {
         record.recover();
         machine.executor.record_into(record, info.build_id);
         let link = cx.local.link.insert(Link::new(info));
-        let store = cx.local.store.insert(Store::mount(flash, ram_flash::LAYOUT));
+        let store = cx
+            .local
+            .store
+            .insert(Store::mount(flash, ram_flash::LAYOUT));
         if let Err(refusal) = link.restore(machine, store) {
             defmt::info!("not configured: {}", refusal);
         }

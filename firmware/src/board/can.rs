@@ -99,7 +99,9 @@ fn filter(can1: &CAN1) {
             // SAFETY: any bits are an identifier and a mask.
             unsafe {
                 can1.fb(bank).fr1().write(|w| w.bits(wanted));
-                can1.fb(bank).fr2().write(|w| w.bits(odd | EXTENDED | REMOTE));
+                can1.fb(bank)
+                    .fr2()
+                    .write(|w| w.bits(odd | EXTENDED | REMOTE));
             }
         }
     }
@@ -142,9 +144,7 @@ impl<C: Deref<Target = RegisterBlock>> Can for Bus<C> {
             mailbox
                 .tdhr()
                 .write(|w| w.bits(u32::from_le_bytes([a, b, c, d])));
-            mailbox
-                .tir()
-                .write(|w| w.bits(identifier).txrq().set_bit());
+            mailbox.tir().write(|w| w.bits(identifier).txrq().set_bit());
         }
         Ok(None)
     }

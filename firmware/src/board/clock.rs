@@ -18,7 +18,10 @@ const fn pll(crystal_mhz: u32) -> (u8, u16) {
         "an STM32F405 takes a crystal of 4 to 26 MHz"
     );
     let input_mhz = if crystal_mhz.is_multiple_of(2) { 2 } else { 1 };
-    ((crystal_mhz / input_mhz) as u8, (VCO_MHZ / input_mhz) as u16)
+    (
+        (crystal_mhz / input_mhz) as u8,
+        (VCO_MHZ / input_mhz) as u16,
+    )
 }
 
 /// What has not become ready in time.

@@ -8,26 +8,26 @@ pub mod build_id;
 pub mod can;
 #[cfg(feature = "f405")]
 pub mod clock;
-mod log;
-mod panic;
-pub mod retained;
-pub mod serve;
 #[cfg(feature = "f405")]
 pub mod flash;
+mod log;
+mod panic;
 #[cfg(feature = "f405")]
 pub mod pins;
+pub mod retained;
+pub mod serve;
 pub mod timer;
 pub mod uart;
 #[cfg(feature = "f405")]
 pub mod watchdog;
 
+#[cfg(feature = "qemu")]
+pub mod ram_flash;
 #[cfg(feature = "f405")]
 #[path = "rtt.rs"]
 pub mod sink;
 #[cfg(feature = "qemu")]
 #[path = "semihosting.rs"]
 pub mod sink;
-#[cfg(feature = "qemu")]
-pub mod ram_flash;
 #[cfg(feature = "qemu")]
 pub mod stack;

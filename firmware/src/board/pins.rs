@@ -70,7 +70,9 @@ pub fn start(rcc: &RCC, b: GPIOB, c: GPIOC) -> (StopContact, DriveEnable) {
 /// Takes the drive-enable line down, from anywhere.
 pub fn disable_drives() {
     // SAFETY: a write to BSRR changes the pins named in it and nothing else, in one access.
-    unsafe { &*GPIOC::ptr() }.bsrr().write(|w| w.br1().set_bit());
+    unsafe { &*GPIOC::ptr() }
+        .bsrr()
+        .write(|w| w.br1().set_bit());
 }
 
 impl ErrorType for StopContact {
@@ -100,7 +102,9 @@ impl OutputPin for DriveEnable {
 
     fn set_high(&mut self) -> Result<(), Infallible> {
         // SAFETY: as in `disable_drives`.
-        unsafe { &*GPIOC::ptr() }.bsrr().write(|w| w.bs1().set_bit());
+        unsafe { &*GPIOC::ptr() }
+            .bsrr()
+            .write(|w| w.bs1().set_bit());
         Ok(())
     }
 }

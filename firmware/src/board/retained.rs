@@ -4,8 +4,8 @@ use core::arch::asm;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU16, Ordering};
 
-use stillpoint_firmware::FaultRecord;
 use super::serve::AXES;
+use stillpoint_firmware::FaultRecord;
 
 #[unsafe(link_section = ".uninit.fault_record")]
 static mut RECORD: MaybeUninit<FaultRecord<AXES>> = MaybeUninit::uninit();

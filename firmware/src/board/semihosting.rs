@@ -35,7 +35,11 @@ pub fn end_of_frame() {}
 
 /// Ends the emulator, with exit status 1 after a failure.
 pub fn exit(success: bool) -> ! {
-    let reason = if success { APPLICATION_EXIT } else { RUN_TIME_ERROR };
+    let reason = if success {
+        APPLICATION_EXIT
+    } else {
+        RUN_TIME_ERROR
+    };
     loop {
         // SAFETY: this operation takes a number.
         unsafe { call(SYS_EXIT, reason) };

@@ -49,7 +49,11 @@ impl Stopwatch {
 
     /// Counts since the beginning, less than two periods.
     pub fn counts(&self) -> u32 {
-        let later = if SCB::is_pendst_pending() { PERIOD_COUNTS } else { 0 };
+        let later = if SCB::is_pendst_pending() {
+            PERIOD_COUNTS
+        } else {
+            0
+        };
         (u32::from(elapsed_counts()) + later).saturating_sub(self.0)
     }
 }
