@@ -255,6 +255,13 @@ fn a_drive_without_heartbeat_is_lost_and_is_set_up_anew_only_on_request() {
     // Set-points that go on do not move it.
     rig.move_for_ms(5, 1e-6);
     rig.safe();
+    rig.drive(2, |drive| {
+        drive.power_off();
+        drive.power_on();
+    });
+    rig.off_for_ms(50);
+    let first = Trouble::HeartbeatLost { timeout_ms: 150 };
+    assert_eq!(rig.report(2).trouble, Some(first), "the first cause stays");
     rig.drive(2, |drive| drive.traits.sends_heartbeats = true);
     assert_eq!(statuses(rig.off_for_ms(500))[2], fault(0x8130));
     assert_eq!(rig.drive(2, |drive| drive.state), Pds::SwitchOnDisabled);
@@ -339,6 +346,25 @@ fn answers_to_other_requests_are_none_to_this_one() {
         }
     }
     panic!("{}", rig.report(0));
+}
+
+#[test]
+fn a_heartbeat_from_before_the_start_is_no_sign_of_a_stop() {
+    let mut rig = one();
+    let is_start = |frame: &Raw| frame.id == 0x000 && frame.data()[0] == 0x01;
+    while !rig.taken().iter().any(is_start) {
+        let _ = rig.off();
+    }
+    while rig.report(0).stage != Stage::Operational {
+        let _ = rig.off();
+    }
+    rig.drive(0, |drive| {
+        drive.outgoing.push_back(Raw::new(0x705, &[0x7f]))
+    });
+    assert_eq!(statuses(rig.off_for_ms(1)), [DriveStatus::Disabled]);
+    assert_eq!(rig.report(0).nmt, Some(NmtState::PreOperational));
+    rig.off_for_ms(100);
+    assert_eq!(rig.report(0).nmt, Some(NmtState::Operational));
 }
 
 #[test]
@@ -430,6 +456,11 @@ fn what_a_drive_may_lack_it_may_lack_and_the_rest_not() {
         assert_eq!(statuses(rig.off_for_ms(400)), [expected], "{index:04x}");
         assert_eq!(rig.report(0).stage == Stage::Operational, may);
     }
+    // An object that is shorter than the profile says is read for what it has.
+    let mut rig = one();
+    rig.drive(0, |drive| drive.dictionary.resize(0x6076, 0, 2));
+    rig.bring_up();
+
     let bus = BusConfig {
         controller_node: 0,
         ..every(2_000)
@@ -483,6 +514,11 @@ fn a_wrong_node_id_a_wrong_device_and_a_wrong_motor_are_told_apart() {
         rig.report(0)
             .to_string()
             .starts_with("no answer to 1000h:00h")
+    );
+    let commands = rig.taken().iter().filter(|frame| frame.id == 0).count();
+    assert!(
+        (3..=5).contains(&commands),
+        "looked for every 300 ms: {commands}"
     );
     assert!(
         rig.group.traffic(0).unwrap().foreign > 0,

@@ -1,6 +1,7 @@
 //! A drive configuration can be used when it exists; its cycle and load are those of the formulas.
 
 use proptest::prelude::*;
+use stillpoint_shared::config::MonitorConfig;
 use stillpoint_shared::drive_config::{
     AxisDrive, BusConfig, Cycle, DriveConfig, DriveConfigError, MAX_ENCODED_BYTES,
     MOST_BUS_LOAD_PERMILLE, Mapping, Problem, bus_load_permille, frame_bits, interpolation_time,
@@ -52,6 +53,14 @@ fn three_axes_fit_one_bus_at_500_hz_and_two_at_1_khz() {
     assert_eq!(cycle.feedback_age_ticks(0), 10);
     assert_eq!(cycle.feedback_age_ticks(2), 26);
     assert_eq!(cycle.following_lag_ticks(), 21);
+    let monitor = cycle.monitor(&MonitorConfig::default(), DRIVE_PERIOD_TICKS, 1);
+    // 2 ms of the drives' own, 21 ticks of the bus and 8 for a lost message.
+    assert!((monitor.following_lag_s - (2e-3 + 29.0 * 250e-6)).abs() < 1e-6);
+    assert_eq!(monitor.feedback_age_ticks, 18);
+    assert_eq!(
+        monitor.following_at_rest_rad,
+        MonitorConfig::default().following_at_rest_rad
+    );
 
     let two_buses = [drive(0, 1), drive(1, 1), drive(0, 3)];
     let config = DriveConfig::new(every(1_000), &two_buses).unwrap();

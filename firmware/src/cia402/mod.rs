@@ -7,7 +7,10 @@
 //! that they have come when SYNC makes all drives take them; the set-points of the other ticks are
 //! not sent. Feedback is what the drives measured at the last SYNC, and its age counts the ticks
 //! since. The cycle and the load of the bus are worked out in
-//! [`shared::drive_config`](stillpoint_shared::drive_config).
+//! [`shared::drive_config`](stillpoint_shared::drive_config); what the executor's monitor has to
+//! allow because of it is [`Cycle::monitor`](stillpoint_shared::drive_config::Cycle::monitor).
+//!
+//! The speed is the difference of two positions: it comes in steps of one increment per cycle.
 //!
 //! # Messages
 //!
@@ -40,15 +43,18 @@
 //! | 1801h to 1803h | off | other PDOs would load the bus; may be absent |
 //! | (NMT) | start | |
 //!
-//! A drive that does not answer is asked again every 100 ms, so it may be switched on later than
-//! the board. One that refuses is latched as a [`Trouble`], with the object and the reason.
+//! A drive that does not answer is asked again every 100 ms, and from the beginning every 300 ms, so
+//! it may be switched on later than the board. Network management is not answered: going pre-
+//! operational is told twice, starting until feedback comes. A drive that refuses is latched as a
+//! [`Trouble`], with the object and the reason.
 //!
 //! # What is commanded
 //! * A drive gets set-points only while it has confirmed Operation enabled, mode 8 and (bit 12 of
 //!   the statusword) that it follows. Any other is told to stay where it was measured, without torque
 //!   offset; before it has said where it stands it is told nothing.
 //! * `exchange` brings a drive from state to state, one command per confirmed state. A drive that
-//!   faults, leaves the mode, or was not heard of for three cycles is told to switch its voltage off.
+//!   faults, leaves the mode, or lost more than three messages in a row is told to switch its voltage
+//!   off.
 //! * `safe` makes the very next frame of each axis Disable voltage and brings SYNC forward.
 //! * A fault is reset by one rising edge of bit 7, only on
 //!   [`request_fault_reset`](Cia402Group::request_fault_reset), and only while the drives are off.

@@ -97,6 +97,13 @@ impl Dictionary {
         self.entries.retain(|(at, _), _| *at != index);
     }
 
+    /// Gives an entry another size.
+    pub(crate) fn resize(&mut self, index: u16, sub: u8, bytes: u8) {
+        if let Some(entry) = self.entries.get_mut(&(index, sub)) {
+            entry.bytes = bytes;
+        }
+    }
+
     /// Value of an entry that the drive itself uses.
     pub(crate) fn get(&self, index: u16, sub: u8) -> u32 {
         self.entries

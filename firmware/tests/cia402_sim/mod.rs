@@ -240,6 +240,26 @@ impl<const N: usize, const B: usize> Rig<N, B> {
     }
 }
 
+/// For the executor: every exchange and every observation is a tick.
+impl<const N: usize, const B: usize> DriveGroup<N> for Rig<N, B> {
+    type Error = BusStuck;
+
+    fn exchange(&mut self, setpoints: &[Setpoint; N]) -> Result<[Feedback; N], BusStuck> {
+        Rig::exchange(self, setpoints)
+    }
+
+    fn observe(&mut self) -> Result<[Feedback; N], BusStuck> {
+        self.pass();
+        let result = self.group.observe();
+        self.check(Call::Observe);
+        result
+    }
+
+    fn safe(&mut self) {
+        Rig::safe(self);
+    }
+}
+
 /// Three drives on one bus at 500 Hz.
 pub(crate) fn three_on_one_bus() -> Rig<3, 1> {
     Rig::new(every(2_000), [1, 2, 3].map(|node| axis_drive(0, node)))

@@ -29,7 +29,8 @@
 //! Heartbeats (65 bits each, four every 50 ms) add 0.5 %; while drives are set up, SDO adds one
 //! request and one answer per bus and cycle, 270 bits.
 
-use crate::time::TIME_TICKS_PER_SECOND;
+use crate::config::MonitorConfig;
+use crate::time::{self, TIME_TICKS_PER_SECOND};
 
 use super::{BusConfig, DriveConfig, DriveConfigError};
 
@@ -127,6 +128,19 @@ impl Cycle {
         (self.ticks.saturating_mul(lost.saturating_add(1)))
             .saturating_add(self.reply_ticks)
             .saturating_sub(1)
+    }
+
+    /// What the executor's monitor has to allow on these buses: `drives` is what the drives
+    /// themselves need, and as many as `lost` messages in a row may be lost.
+    pub fn monitor(&self, drives: &MonitorConfig, tick_ticks: u32, lost: u16) -> MonitorConfig {
+        let lost_ticks = self.ticks.saturating_mul(lost);
+        let lag_ticks = self.following_lag_ticks().saturating_add(lost_ticks);
+        let lag_s = time::seconds(tick_ticks) as f32 * f32::from(lag_ticks);
+        MonitorConfig {
+            following_lag_s: drives.following_lag_s + lag_s,
+            feedback_age_ticks: self.feedback_age_ticks(lost),
+            ..*drives
+        }
     }
 
     /// Ticks by which a drive that follows exactly seems to lag when no message is lost: the
