@@ -43,7 +43,7 @@ const LAYOUT: Layout = Layout {
 };
 
 /// Somebody who looks at every tick.
-type Watch<const AXES: usize> = Box<dyn FnMut(&TickReport<AXES>)>;
+type Watch<const AXES: usize> = Box<dyn FnMut(&TickReport<'_, AXES>)>;
 
 /// A simulated board of AXES axes. Its time passes while somebody waits for its bytes, as fast as it can.
 pub struct Simulated<const AXES: usize> {
@@ -141,7 +141,7 @@ impl<const AXES: usize> Simulated<AXES> {
     }
 
     /// Calls this with what happens in every tick from now on.
-    pub fn on_tick(&mut self, watch: impl FnMut(&TickReport<AXES>) + 'static) {
+    pub fn on_tick(&mut self, watch: impl FnMut(&TickReport<'_, AXES>) + 'static) {
         self.on_tick = Some(Box::new(watch));
     }
 

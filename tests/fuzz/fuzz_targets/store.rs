@@ -1,0 +1,4 @@
+//! [`stillpoint_tests::fuzz::store`] under libFuzzer.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| stillpoint_tests::fuzz::store(data));
