@@ -3,8 +3,8 @@
 //! [`pace`](crate::pace) says what torque a change of σ takes. In every tick
 //!
 //! 1. the wish: a bounded, jerk-limited σ̇ that reaches the wanted speed with σ̇ = 0. Downwards as
-//!    fast as that allows, σ̇² ≤ 2 j |e| in its discrete form; upwards with σ̇ = e/T, for at full
-//!    speed the plan leaves no torque rate to land with;
+//!    fast as that allows, σ̇² ≤ 2 j |e| in its discrete form; upwards with σ̇ = e/T in the end, for
+//!    at full speed the plan leaves no torque rate to land with;
 //! 2. the windows: per axis, the σ̇ with which the torque A σ² + B σ̇ + G stays within the torque
 //!    limit and within one step of the torque-rate limit of the torque sent before. The wish is
 //!    moved into all of them. With B = 0, σ̇ = 0 is in every window of a plan that keeps its limits,
@@ -17,7 +17,7 @@ use crate::pace::RampLimits;
 use crate::path_time::{FULL_SPEED, speed_ratio};
 
 /// Share of u/B that a jerk may take; the rest is the plan's.
-const JERK_SHARE: f32 = 0.5;
+const JERK_SHARE: f32 = 0.6;
 
 /// Least share of the jerk where the plan's own torque rate leaves nothing by the worst case.
 const LEAST_SHARE: f32 = 0.02;
@@ -98,23 +98,25 @@ impl Ramp {
     ) -> f32 {
         let before = speed_ratio(self.speed);
         let distance = speed_ratio(wanted) - before;
+        let landing = JERK_SHARE * limits.jerk_per_s2 * share_left(wanted) * period_s;
+        if distance == 0.0 && self.change_per_s.abs() <= landing {
+            // The tick after it got there: now it stays.
+            *self = Self::at(wanted);
+            return 0.0;
+        }
         let wish = self.wish(wanted, distance, before, limits, period_s);
         let change = within_windows(wish, limits.acceleration_per_s, before, period_s, loads);
 
-        let landing = JERK_SHARE * limits.jerk_per_s2 * share_left(wanted) * period_s;
         let reach = change * period_s;
         let crosses = reach * distance >= 0.0 && reach.abs() >= distance.abs();
         if (crosses || distance.abs() < THERE) && change.abs() <= landing {
-            *self = Self::at(wanted);
-            return distance / period_s;
+            self.speed = wanted;
+            self.change_per_s = distance / period_s;
+        } else {
+            self.speed = moved(self.speed, reach);
+            self.change_per_s = change;
         }
-        let from = self.speed;
-        self.speed = moved(from, reach);
-        self.change_per_s = change;
-        if self.speed == 0 || self.speed == FULL_SPEED {
-            self.change_per_s = 0.0;
-        }
-        change
+        self.change_per_s
     }
 
     fn wish(
@@ -129,7 +131,18 @@ impl Ramp {
         let step = jerk * period_s;
         let change = self.change_per_s;
         if distance > 0.0 {
-            let goal = smaller(distance * limits.approach_per_s, limits.acceleration_per_s);
+            // Within j T² of it σ̇ = e/T, which takes the jerk j where it begins. Where the plan
+            // leaves torque rate, a landing with the jerk that it leaves ends sooner.
+            let near = jerk / (limits.approach_per_s * limits.approach_per_s);
+            let goal = if distance > near {
+                libm::sqrtf(jerk * (2.0 * distance - near))
+            } else if wanted == FULL_SPEED {
+                distance * limits.approach_per_s
+            } else {
+                let landing = landing(distance, jerk * share_left(wanted), period_s);
+                larger(distance * limits.approach_per_s, landing)
+            };
+            let goal = smaller(goal, limits.acceleration_per_s);
             let up = if change < 0.0 {
                 step
             } else {
@@ -138,14 +151,19 @@ impl Ramp {
             };
             between(change - step, goal, change + up)
         } else {
-            let landing = jerk * share_left(wanted);
-            // Whole ticks of σ̇, σ̇ − jh, σ̇ − 2jh … add up to σ̇²/2j + σ̇h/2.
-            let half = 0.5 * period_s;
-            let root = libm::sqrtf(half * half - 2.0 * distance / landing);
-            let goal = smaller(landing * (root - half), limits.acceleration_per_s);
+            let goal = landing(-distance, jerk * share_left(wanted), period_s);
+            let goal = smaller(goal, limits.acceleration_per_s);
             between(change - step, -goal, change + step)
         }
     }
+}
+
+/// The greatest σ̇ in 1/s from which a constant jerk lands at a distance.
+fn landing(distance: f32, jerk_per_s2: f32, period_s: f32) -> f32 {
+    // Whole ticks of σ̇, σ̇ − jh, σ̇ − 2jh … add up to σ̇²/2j + σ̇h/2.
+    let half = 0.5 * period_s;
+    let root = libm::sqrtf(half * half + 2.0 * distance / jerk_per_s2);
+    jerk_per_s2 * (root - half)
 }
 
 /// Share of the torque rate that a plan leaves at a speed: 1 − σ³, a little at least.
