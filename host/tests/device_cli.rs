@@ -289,7 +289,7 @@ fn the_monitor_writes_what_comes() {
 
 #[test]
 fn questions_are_answered_and_ports_are_listed() {
-    for order in ["ports", "status", "fault", "list", "stop"] {
+    for order in ["ports", "status", "fault", "list", "stop", "config"] {
         let output = device(&[order, "--port", "sim:", "--json"]);
         assert!(output.status.success(), "{order}: {}", text(&output.stderr));
         assert_eq!(object(&output)["status"], "done", "{order}");

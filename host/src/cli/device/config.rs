@@ -10,7 +10,8 @@ use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use stillpoint_shared::config::Config;
-use stillpoint_shared::protocol::{Request, Response};
+use stillpoint_shared::protocol::{Denial, Request, Response};
+use stillpoint_shared::status::Refusal;
 use stillpoint_shared::{DriveConfig, Limits};
 use toml::{Table, Value};
 
@@ -42,6 +43,9 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
         .as_deref()
         .map(read::<DriveConfig>)
         .transpose()?;
+    if let Some(changes) = &settings {
+        changed(Config::default(), changes.clone())?;
+    }
     let mut board = line.open(None)?;
     if let Some(limits) = &limits {
         set_limits(&mut board, limits)?;
@@ -116,14 +120,19 @@ fn overlay(table: &mut Table, changes: Table) -> Result<(), Failure> {
 }
 
 fn show(line: &line::Arguments, board: &mut Board) -> Result<(), Failure> {
-    // A board without limits refuses to show them, but has settings.
+    // A board without limits knows no settings either.
+    let not_yet = Denial::Executor(Refusal::NotConfigured);
     let limits = match board.ask(&Request::GetLimits) {
         Ok(Response::Limits(limits)) => Some(limits),
         Ok(_) => return Err(unexpected("GetLimits").into()),
-        Err(DeviceError::Denied(_)) => None,
+        Err(DeviceError::Denied(denial)) if denial == not_yet => None,
         Err(error) => return Err(Explained(error).into()),
     };
-    let config = config(board)?;
+    let config = match config(board) {
+        Ok(config) => Some(config),
+        Err(Explained(DeviceError::Denied(denial))) if denial == not_yet => None,
+        Err(error) => return Err(error.into()),
+    };
     let drives = match board.ask(&Request::GetDrives).map_err(Explained)? {
         Response::Drives(drives) => drives,
         _ => return Err(unexpected("GetDrives").into()),
@@ -156,7 +165,10 @@ fn show(line: &line::Arguments, board: &mut Board) -> Result<(), Failure> {
             limits.slope_nm_s_per_rad
         );
     }
-    text += &format!("\n# settings\n{}", toml::to_string(&config)?);
+    text += &match config {
+        Some(config) => format!("\n# settings\n{}", toml::to_string(&config)?),
+        None => "\n# no settings before there are limits\n".to_owned(),
+    };
     text += &match drives {
         Some(drives) => format!("\n# drives\n{}", toml::to_string(&drives)?),
         None => "\n# no configuration of drives\n".to_owned(),

@@ -119,7 +119,7 @@ fn watch(
             board.order(&Request::KeepAlive).map_err(Explained)?;
             beat = now + BEAT;
         }
-        let Some(received) = board.telemetry(GLANCE).map_err(|error| Explained(error))? else {
+        let Some(received) = board.telemetry(GLANCE).map_err(Explained)? else {
             if board.transport().now() - heard > patience {
                 return Err(format!(
                     "no telemetry came for {:.1} s: the board was restarted, or somebody else has connected to it",
