@@ -2,6 +2,7 @@
 //! for success.
 
 mod demo;
+mod device;
 mod export;
 mod info;
 mod output;
@@ -48,6 +49,8 @@ enum Command {
     Export(export::Arguments),
     /// Plan, play and compare the paper's move; writes the folder stillpoint-demo
     Demo(demo::Arguments),
+    /// Talk to a board: upload a trajectory, run it, watch it, stop it
+    Device(device::Arguments),
 }
 
 /// An error for the user, already in words.
@@ -60,6 +63,7 @@ impl Command {
             Self::Plan(arguments) => arguments.json,
             Self::Simulate(arguments) => arguments.json,
             Self::Info(arguments) => arguments.json,
+            Self::Device(arguments) => arguments.json(),
             Self::Report(_) | Self::Export(_) | Self::Demo(_) => false,
         }
     }
@@ -72,6 +76,7 @@ impl Command {
             Self::Info(arguments) => info::run(arguments),
             Self::Export(arguments) => export::run(arguments),
             Self::Demo(arguments) => demo::run(arguments),
+            Self::Device(arguments) => device::run(arguments),
         }
     }
 }
@@ -95,7 +100,10 @@ pub fn run() -> ExitCode {
     };
     eprintln!("error: {failure}");
     if command.json() {
-        let object = plan::failed(failure.as_ref(), started.elapsed());
+        let object = match command {
+            Command::Device(_) => device::failed(failure.as_ref()),
+            _ => plan::failed(failure.as_ref(), started.elapsed()),
+        };
         if let Err(failure) = output::object(&object) {
             eprintln!("error: {failure}");
         }

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const LINE_EVERY: usize = 10;
 
 /// Whether Ctrl-C was pressed. The first call installs the handler; a second Ctrl-C ends the process at once.
-fn interrupted() -> &'static Arc<AtomicBool> {
+pub(super) fn interrupted() -> &'static Arc<AtomicBool> {
     static FLAG: OnceLock<Arc<AtomicBool>> = OnceLock::new();
     FLAG.get_or_init(|| {
         let flag = Arc::new(AtomicBool::new(false));
@@ -78,4 +78,25 @@ pub(super) fn end_progress(quiet: bool, log: bool) {
 /// Says what is being done now.
 pub(super) fn step(what: &str) {
     eprintln!("{what}");
+}
+
+/// Shows how far something is, in a line that is rewritten; nothing elsewhere than on a terminal.
+pub(super) fn bar(what: &str, done: u32, of: u32, words: &str) {
+    const WIDTH: usize = 30;
+    if !stderr().is_terminal() {
+        return;
+    }
+    let share = f64::from(done) / f64::from(of.max(1));
+    let full = ((share * WIDTH as f64) as usize).min(WIDTH);
+    let bar = "#".repeat(full) + &"-".repeat(WIDTH - full);
+    // A closed stderr is no reason to stop.
+    let _ = write!(stderr(), "\r\x1b[K{what} [{bar}] {words}");
+    let _ = stderr().flush();
+}
+
+/// Ends the line of a bar.
+pub(super) fn end_bar() {
+    if stderr().is_terminal() {
+        eprint!("\r\x1b[K");
+    }
 }

@@ -1,7 +1,8 @@
-//! The host's side of the protocol: sessions with boards on serial ports, over TCP, or simulated in this process.
+//! The host's side of the protocol: sessions with boards on serial ports, over TCP, emulated, or simulated in this
+//! process.
 //!
 //! ```text
-//! Session ─ Faulty ─ Tcp, Serial, Simulated ═ the line ═ firmware's Link
+//! Session ─ Faulty ─ Tcp, Serial, Emulated, Simulated ═ the line ═ firmware's Link
 //!            └ optional: loses, damages and delays frames on purpose
 //! ```
 //!
@@ -10,11 +11,13 @@
 //! anything by itself: a board that waits for signs of life hears what its user's program asks for and nothing more.
 //! [`stillpoint_shared::protocol`] is the specification.
 
+mod emulated;
 mod error;
 mod fault_record;
 mod faults;
 mod injector;
 mod port;
+pub mod qemu;
 mod receiver;
 mod serial;
 mod session;
@@ -25,6 +28,7 @@ mod tests;
 mod transport;
 mod upload;
 
+pub use emulated::Emulated;
 pub use error::DeviceError;
 pub use fault_record::FaultReport;
 pub use faults::{Faults, FaultsError, Injected};

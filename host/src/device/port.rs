@@ -1,6 +1,6 @@
 //! Names of ports, as people type them.
 
-use super::{Serial, Tcp, Transport, TransportError};
+use super::{Emulated, Serial, Tcp, Transport, TransportError};
 use std::fmt;
 use std::str::FromStr;
 
@@ -14,6 +14,7 @@ const DEFAULT_BAUD: u32 = 921_600;
 /// | `/dev/ttyUSB0`, `COM3` | a serial port at 921,600 bit/s |
 /// | `/dev/ttyUSB0@115200` | the same at another rate |
 /// | `tcp:host:port` | a TCP connection |
+/// | `qemu:` | an emulated board, started for this process |
 /// | `sim:` | a simulated board in this process |
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -30,13 +31,15 @@ pub enum Port {
         /// Host and port, `host:port`.
         address: String,
     },
+    /// An emulated board, started for this process.
+    Qemu,
     /// A simulated board in this process.
     Sim,
 }
 
 /// Why a name is none of a port.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{name}` is no port: {problem}; give /dev/tty…, COM…, tcp:host:port or sim:")]
+#[error("`{name}` is no port: {problem}; give /dev/tty…, COM…, tcp:host:port, qemu: or sim:")]
 pub struct PortError {
     /// The name.
     pub name: String,
@@ -56,6 +59,9 @@ impl FromStr for Port {
         };
         if name == "sim:" {
             return Ok(Self::Sim);
+        }
+        if name == "qemu:" {
+            return Ok(Self::Qemu);
         }
         if let Some(address) = name.strip_prefix("tcp:") {
             return match address.rsplit_once(':') {
@@ -92,24 +98,27 @@ impl fmt::Display for Port {
             } => f.write_str(path),
             Self::Serial { path, baud } => write!(f, "{path}@{baud}"),
             Self::Tcp { address } => write!(f, "tcp:{address}"),
+            Self::Qemu => f.write_str("qemu:"),
             Self::Sim => f.write_str("sim:"),
         }
     }
 }
 
 impl Port {
-    /// Opens the port. A simulated board needs to know its machine and is made with
+    /// Opens the port. The axes of an emulated board stand at `position_rad`, or at zero. A simulated board needs to know its machine and is made with
     /// [`Simulated::new`](super::Simulated::new) instead: for [`Port::Sim`] this calls `simulated`.
     ///
     /// # Errors
     /// [`TransportError`] where it is absent, in use or silent.
     pub fn open(
         &self,
+        position_rad: &[f32],
         simulated: impl FnOnce() -> Result<Box<dyn Transport>, TransportError>,
     ) -> Result<Box<dyn Transport>, TransportError> {
         Ok(match self {
             Self::Serial { path, baud } => Box::new(Serial::open(path, *baud)?),
             Self::Tcp { address } => Box::new(Tcp::connect(address)?),
+            Self::Qemu => Box::new(Emulated::start(position_rad)?),
             Self::Sim => simulated()?,
         })
     }

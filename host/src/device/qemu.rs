@@ -78,7 +78,9 @@ pub enum QemuError {
         path: PathBuf,
     },
     /// QEMU is not installed.
-    #[error("{PROGRAM} is not installed: install QEMU for Arm (on Debian: apt-get install {PROGRAM})")]
+    #[error(
+        "{PROGRAM} is not installed: install QEMU for Arm (on Debian: apt-get install {PROGRAM})"
+    )]
     NotInstalled,
     /// QEMU ended at once.
     #[error("{PROGRAM} ended at once; it said: {said}")]
@@ -116,13 +118,20 @@ impl Qemu {
         command.args(["-icount", &format!("shift={SHIFT},sleep={sleep}")]);
         for (name, listener) in [("port", &port), ("bench", &bench)] {
             let number = listener.local_addr()?.port();
-            let bus = format!("socket,id={name},host={},port={number},nodelay=on", Ipv4Addr::LOCALHOST);
+            let bus = format!(
+                "socket,id={name},host={},port={number},nodelay=on",
+                Ipv4Addr::LOCALHOST
+            );
             if name == "port" || options.bench {
                 command.args(["-chardev", &bus]);
             }
         }
         // USART1, USART2, USART3, UART4.
-        let bench_end = if options.bench { "chardev:bench" } else { "null" };
+        let bench_end = if options.bench {
+            "chardev:bench"
+        } else {
+            "null"
+        };
         for serial in ["null", "null", "chardev:port", bench_end] {
             command.args(["-serial", serial]);
         }
@@ -254,7 +263,10 @@ fn image() -> PathBuf {
     let target = env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
     let program = env::current_exe().unwrap_or_default();
     let beside = program.ancestors().skip(2).take(2).map(Path::to_owned);
-    let candidates = target.into_iter().chain(beside).chain([PathBuf::from("target")]);
+    let candidates = target
+        .into_iter()
+        .chain(beside)
+        .chain([PathBuf::from("target")]);
     let mut images = candidates.map(|folder| folder.join(IMAGE));
     let last_resort = PathBuf::from("target").join(IMAGE);
     images.find(|image| image.is_file()).unwrap_or(last_resort)

@@ -1,5 +1,6 @@
 //! A way to a board for bytes, with a clock.
 
+use super::qemu::QemuError;
 use std::io;
 use std::time::Duration;
 
@@ -83,6 +84,9 @@ pub enum TransportError {
         /// The port.
         port: String,
     },
+    /// The emulated board does not start.
+    #[error(transparent)]
+    Emulator(#[from] QemuError),
     /// The system fails.
     #[error("port {port} failed: {error}")]
     Failed {

@@ -48,7 +48,9 @@ fn an_absent_port_says_so() {
     let open = |name: &str| {
         let port: Port = name.parse().unwrap();
         let simulated = || Ok(Box::new(board()) as Box<dyn Transport>);
-        port.open(simulated).err().map(|error| error.to_string())
+        port.open(&[], simulated)
+            .err()
+            .map(|error| error.to_string())
     };
     assert_eq!(open("sim:"), None);
     let words = open("/dev/there-is-no-such-port").unwrap();
