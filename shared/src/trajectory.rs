@@ -55,7 +55,7 @@ pub struct Header {
     pub version: u8,
     /// The planner's name for the move.
     pub id: u32,
-    /// Number of axes, 1 to [`MAX_AXES`](crate::MAX_AXES).
+    /// Number of axes, 1 to [`MAX_AXES`].
     pub axes: u8,
     /// Duration of the whole move in ticks of 0.1 µs: the sum over the intervals.
     pub duration_ticks: u32,

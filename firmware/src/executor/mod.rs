@@ -229,7 +229,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.path.ticks()
     }
 
-    /// Path speed, 0 to [`FULL_SPEED`].
+    /// Path speed, 0 to `FULL_SPEED`.
     pub fn path_speed(&self) -> u32 {
         if self.state.is_under_way() {
             self.ramp.speed()
