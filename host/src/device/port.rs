@@ -5,13 +5,13 @@ use std::fmt;
 use std::str::FromStr;
 
 /// Rate of a serial port where none is named, in bit/s.
-const DEFAULT_BAUD: u32 = 1_000_000;
+const DEFAULT_BAUD: u32 = 921_600;
 
 /// A port by name.
 ///
 /// | name | meaning |
 /// |---|---|
-/// | `/dev/ttyUSB0`, `COM3` | a serial port at 1,000,000 bit/s |
+/// | `/dev/ttyUSB0`, `COM3` | a serial port at 921,600 bit/s |
 /// | `/dev/ttyUSB0@115200` | the same at another rate |
 /// | `tcp:host:port` | a TCP connection |
 /// | `qemu:` | an emulated board, started for this process |

@@ -18,8 +18,8 @@ fn ports_are_named_as_people_type_them() {
         address: address.into(),
     };
     for (name, port) in [
-        ("/dev/ttyUSB0", serial("/dev/ttyUSB0", 1_000_000)),
-        ("COM3", serial("COM3", 1_000_000)),
+        ("/dev/ttyUSB0", serial("/dev/ttyUSB0", 921_600)),
+        ("COM3", serial("COM3", 921_600)),
         ("/dev/ttyACM1@115200", serial("/dev/ttyACM1", 115_200)),
         ("tcp:localhost:4000", tcp("localhost:4000")),
         ("tcp:::1:4000", tcp("::1:4000")),
