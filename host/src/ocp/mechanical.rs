@@ -47,6 +47,24 @@ struct Solved<const D: usize, const A: usize> {
     acceleration: SVector<f64, D>,
 }
 
+impl<const D: usize, const A: usize> Solved<D, A> {
+    /// ∂a/∂(q, v) and ∂a/∂τ from −∂r/∂(q, v); NaN where the mass matrix is singular.
+    fn sensitivities<const Z: usize>(
+        &self,
+        residual: &SMatrix<f64, D, Z>,
+    ) -> (SMatrix<f64, D, Z>, SMatrix<f64, D, A>) {
+        self.mass.as_ref().map_or_else(
+            || (SMatrix::repeat(f64::NAN), SMatrix::repeat(f64::NAN)),
+            |factor| {
+                (
+                    factor.solve(residual),
+                    factor.solve(&self.jacobian.transpose()),
+                )
+            },
+        )
+    }
+}
+
 impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
     Mechanical<M, D, A, Z, H>
 {
@@ -195,15 +213,7 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
             let torque_share: f64 = (0..A).map(|i| joint[i][r].gradient[c] * z[i]).sum();
             torque_share - force[r].gradient[c]
         });
-        let (by_state, by_torque) = solved.mass.as_ref().map_or_else(
-            || (SMatrix::repeat(f64::NAN), SMatrix::repeat(f64::NAN)),
-            |factor| {
-                (
-                    factor.solve(&residual),
-                    factor.solve(&solved.jacobian.transpose()),
-                )
-            },
-        );
+        let (by_state, by_torque) = solved.sensitivities(&residual);
 
         let output_values: Vec<f64> = outputs.iter().map(|o| o.value).collect();
         let rate_values = SVector::<f64, A>::from_fn(|i, _| rates[i].value);
@@ -320,15 +330,7 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
             let torque_share: f64 = (0..A).map(|i| joint[i][r].gradient[c] * z[i]).sum();
             torque_share - force[r].gradient[c]
         });
-        let (by_state, by_torque) = solved.mass.as_ref().map_or_else(
-            || (SMatrix::repeat(f64::NAN), SMatrix::repeat(f64::NAN)),
-            |factor| {
-                (
-                    factor.solve(&residual),
-                    factor.solve(&solved.jacobian.transpose()),
-                )
-            },
-        );
+        let (by_state, by_torque) = solved.sensitivities(&residual);
         let mixed = q_by_a * by_state;
         let mixed_torque = q_by_a * by_torque;
 
