@@ -1,21 +1,28 @@
-//! CRC-64/XZ over postcard bytes, computed while they are made, so that no buffer is needed.
+//! CRC-64/XZ over postcard bytes, computed while they are made, so that no buffer is needed; and the
+//! CRC-32 of frames and of the store.
 
-use crc::{CRC_64_XZ, Crc, Digest};
+use crc::{CRC_32_ISO_HDLC, CRC_64_XZ, Crc, Digest};
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 
 static CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
+
+/// CRC-32/ISO-HDLC, for frames and for what is stored. One table for both: 1 kB of a board's flash.
+pub static CRC_32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 struct Hasher(Digest<'static, u64>);
 
 impl Flavor for Hasher {
     type Output = u64;
 
+    // Once in the image, and not at each of some dozen calls.
+    #[inline(never)]
     fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
         self.0.update(&[byte]);
         Ok(())
     }
 
+    #[inline(never)]
     fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
         self.0.update(bytes);
         Ok(())

@@ -3,8 +3,7 @@
 //!
 //! The N LGR points are the roots of P_N + P_{N−1} on [−1, 1), −1 included. States are interpolated
 //! through these and +1, the N + 1 *support points*, so the differentiation matrix D has N rows and
-//! N + 1 columns. Only + − × ÷ and one cosine of `libm` as a first guess: host and board compute
-//! the same numbers.
+//! N + 1 columns. Only + − × ÷: host and board compute the same numbers.
 //!
 //! Source: Garg, Patterson, Hager, Rao, Benson, Huntington, "A unified framework for the numerical
 //! solution of optimal control problems using pseudospectral methods", Automatica 46 (2010).
@@ -99,11 +98,22 @@ fn legendre_pair(n: usize, x: f64) -> (f64, f64) {
     (before, last)
 }
 
+/// cos x for 0 ≤ x ≤ 2π / 3 by its Taylor series, whose rest is below 1e-16 there. The cosine of
+/// `libm`, made for any angle, takes 5 kB of a board's flash.
+fn cosine(x: f64) -> f64 {
+    let square = x * x;
+    // 1 − x²/(1·2) (1 − x²/(3·4) (1 − …))
+    (1..=12).rev().fold(1.0, |rest, k| {
+        let k = f64::from(2 * k);
+        1.0 - square / ((k - 1.0) * k) * rest
+    })
+}
+
 /// Fills `nodes` with the N LGR points, ascending from −1, where N ≥ 2 is the slice's length.
 ///
 /// Newton on f = P_N + P_{N−1}, whose derivative is N (P_{N−1} − P_N) / (1 − x), from the
-/// Chebyshev–Gauss–Radau points −cos(2πk / (2N − 1)). It converges quadratically; the loop is
-/// bounded all the same.
+/// Chebyshev–Gauss–Radau points −cos(2πk / (2N − 1)), by cos (k + 1)θ = 2 cos θ cos kθ − cos (k −
+/// 1)θ. It converges quadratically; the loop is bounded all the same.
 pub fn lgr_nodes(nodes: &mut [f64]) -> Result<(), LgrError> {
     const NEWTON_STEPS: usize = 12;
     let n = nodes.len();
@@ -113,18 +123,20 @@ pub fn lgr_nodes(nodes: &mut [f64]) -> Result<(), LgrError> {
             least: 2,
         });
     }
-    let angle = 2.0 * core::f64::consts::PI / (2 * n - 1) as f64;
+    let step_cosine = cosine(2.0 * core::f64::consts::PI / (2 * n - 1) as f64);
+    let (mut before, mut guess) = (step_cosine, 1.0);
     for (k, node) in nodes.iter_mut().enumerate() {
         if k == 0 {
             *node = -1.0;
             continue;
         }
-        let mut x = -libm::cos(angle * k as f64);
+        (before, guess) = (guess, 2.0 * step_cosine * guess - before);
+        let mut x = -guess;
         for _ in 0..NEWTON_STEPS {
             let (before, last) = legendre_pair(n, x);
             let step = (1.0 - x) * (before + last) / (n as f64 * (before - last));
             x -= step;
-            if libm::fabs(step) < 1e-16 {
+            if step.abs() < 1e-16 {
                 break;
             }
         }

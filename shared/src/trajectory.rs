@@ -31,8 +31,9 @@ pub const QUANTITIES: usize = 3;
 /// Most intervals of a trajectory.
 pub const MAX_INTERVALS: usize = 64;
 
-/// Most coefficients of a trajectory, over all intervals: 16 kB.
-pub const MAX_COEFFICIENTS: usize = 4096;
+/// Most coefficients of a trajectory, over all intervals: 12 kB; for three axes 31 intervals of ten
+/// points.
+pub const MAX_COEFFICIENTS: usize = 3072;
 
 /// Most different numbers of points among the intervals of one trajectory; each needs a prepared
 /// basis on the board.
@@ -42,7 +43,7 @@ pub const MAX_BASES: usize = 8;
 pub const MAX_ENCODED_BYTES: usize = 4 * MAX_COEFFICIENTS + 8 * MAX_INTERVALS + 48;
 
 // Two trajectories and the bases of one have to fit beside everything else into 48 kB of RAM.
-const _: () = assert!(size_of::<Trajectory>() <= 17_000);
+const _: () = assert!(size_of::<Trajectory>() <= 13_000);
 
 /// What a trajectory says about itself before its intervals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -49,6 +49,8 @@ fn stop() -> ! {
 
 #[rtic::app(device = stm32f4::stm32f405, peripherals = true)]
 mod app {
+    use core::mem::MaybeUninit;
+
     use cortex_m::peripheral::{DWT, SCB};
     use heapless::spsc::{Producer, Queue};
     use stillpoint_firmware::link::{Access, BoardInfo, Link, Machine};
@@ -86,8 +88,8 @@ mod app {
 
     #[init(local = [
         machine: Machine<AXES> = Machine::unconfigured(),
-        link: Option<Link> = None,
-        store: Option<Store<Sectors>> = None,
+        link: MaybeUninit<Link> = MaybeUninit::uninit(),
+        store: MaybeUninit<Store<Sectors>> = MaybeUninit::uninit(),
         byte_queue: Queue<u8, RECEIVED> = Queue::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
@@ -123,8 +125,8 @@ mod app {
         record.recover();
         machine.executor.record_into(record, info.build_id);
         let sectors = Sectors::new(device.FLASH);
-        let link = cx.local.link.insert(Link::new(info));
-        let store = cx.local.store.insert(Store::mount(sectors, flash::LAYOUT));
+        let link = cx.local.link.write(Link::new(info));
+        let store = cx.local.store.write(Store::mount(sectors, flash::LAYOUT));
         if let Err(refusal) = link.restore(machine, store) {
             defmt::info!("not configured: {}", refusal);
         }

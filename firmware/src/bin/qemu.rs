@@ -21,6 +21,8 @@ unsafe fn DefaultHandler(_: i16) -> ! {
 
 #[rtic::app(device = stm32f4::stm32f405, peripherals = true)]
 mod app {
+    use core::mem::MaybeUninit;
+
     use cortex_m::peripheral::SCB;
     use heapless::spsc::{Consumer, Producer, Queue};
     use nalgebra::SVector;
@@ -57,8 +59,8 @@ mod app {
 
     #[init(local = [
         machine: Machine<AXES> = Machine::unconfigured(),
-        link: Option<Link> = None,
-        store: Option<Store<Sectors>> = None,
+        link: MaybeUninit<Link> = MaybeUninit::uninit(),
+        store: MaybeUninit<Store<Sectors>> = MaybeUninit::uninit(),
         byte_queue: Queue<u8, RECEIVED> = Queue::new(),
         action_queue: Queue<Action, 16> = Queue::new(),
     ])]
@@ -86,11 +88,11 @@ mod app {
         let (record, flash) = unsafe { (retained::fault_record(), ram_flash::sectors()) };
         record.recover();
         machine.executor.record_into(record, info.build_id);
-        let link = cx.local.link.insert(Link::new(info));
+        let link = cx.local.link.write(Link::new(info));
         let store = cx
             .local
             .store
-            .insert(Store::mount(flash, ram_flash::LAYOUT));
+            .write(Store::mount(flash, ram_flash::LAYOUT));
         if let Err(refusal) = link.restore(machine, store) {
             defmt::info!("not configured: {}", refusal);
         }

@@ -28,7 +28,7 @@ use crate::{
 
 pub use report::TickReport;
 
-/// Plays trajectories on AXES drives. About 38 kB, most of it two trajectory buffers.
+/// Plays trajectories on AXES drives. About 30 kB, most of it two trajectory buffers.
 ///
 /// A static one that begins as [`Executor::unconfigured`] takes no flash and is never moved. In the
 /// order of its fields: what a tick reads is near, so that one instruction reaches it.

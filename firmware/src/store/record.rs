@@ -13,12 +13,10 @@
 //!
 //! A record's data follow its head, filled up to whole words with ones.
 
-use crc::{CRC_32_ISO_HDLC, Crc};
-
 use super::flash::BLANK;
 
 /// Check sums of heads and data.
-pub(super) static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+pub(super) use stillpoint_shared::hash::CRC_32 as CRC;
 
 /// First word of a sector in use: "SPLG".
 const SECTOR_MAGIC: u32 = u32::from_le_bytes(*b"SPLG");

@@ -16,9 +16,11 @@
 use core::fmt;
 
 use cobs::{DecodeResult, DecoderState, EncoderState, PushResult};
-use crc::{CRC_32_ISO_HDLC, Crc, Digest};
+use crc::Digest;
 use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
+
+use crate::hash::CRC_32;
 
 /// Most bytes of a payload.
 pub const MAX_PAYLOAD_BYTES: usize = 536;
@@ -28,8 +30,6 @@ const CRC_BYTES: usize = 4;
 /// Most bytes of a frame, the closing zero included.
 pub const MAX_FRAME_BYTES: usize =
     MAX_PAYLOAD_BYTES + CRC_BYTES + (MAX_PAYLOAD_BYTES + CRC_BYTES).div_ceil(254) + 1;
-
-static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// What stands before every request and message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -188,7 +188,7 @@ pub fn encode<'b, T: Serialize>(
     };
     let flavor = FrameFlavor {
         stuffed: Stuffed::new(buffer).ok_or(too_long)?,
-        digest: CRC.digest(),
+        digest: CRC_32.digest(),
         payload_bytes: 0,
     };
     postcard::serialize_with_flavor(&(envelope, body), flavor).map_err(|_| too_long)
@@ -270,7 +270,7 @@ impl FrameDecoder {
         let damaged = FrameError::CheckSum { bytes: length };
         Some(match whole.split_last_chunk() {
             Some((payload, check_sum))
-                if CRC.checksum(payload) == u32::from_le_bytes(*check_sum) =>
+                if CRC_32.checksum(payload) == u32::from_le_bytes(*check_sum) =>
             {
                 Ok(payload)
             }

@@ -4,7 +4,7 @@
 mod stack;
 mod thumb;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
@@ -19,6 +19,8 @@ pub struct Image {
     functions: BTreeMap<u32, Function>,
     sections: BTreeMap<String, Section>,
     names: Vec<String>,
+    /// Words outside the code and the vector table, which may be addresses of functions.
+    words: BTreeSet<u32>,
     flash_bytes: u32,
 }
 
@@ -64,10 +66,14 @@ impl Image {
 
     fn parse(bytes: &[u8]) -> Self {
         let elf = ElfFile32::<Endianness>::parse(bytes).expect("an ELF file of 32 bits");
-        let mut sections = BTreeMap::new();
+        let (mut sections, mut words) = (BTreeMap::new(), BTreeSet::new());
         for section in elf.sections() {
             let name = section.name().expect("a section's name").to_owned();
             let (address, bytes) = (section.address() as u32, section.size() as u32);
+            if [".rodata", ".data"].contains(&name.as_str()) {
+                let (chunks, _) = section.data().expect("a section's data").as_chunks();
+                words.extend(chunks.iter().copied().map(u32::from_le_bytes));
+            }
             sections.insert(name, Section { address, bytes });
         }
         let flash_bytes = elf
@@ -83,6 +89,7 @@ impl Image {
                 .filter_map(|symbol| symbol.name().ok().map(str::to_owned))
                 .collect(),
             sections,
+            words,
             flash_bytes,
         }
     }
@@ -112,9 +119,10 @@ impl Image {
         marker.map(|_| "section .panic".to_owned()).into_iter().chain(names.cloned()).collect()
     }
 
-    /// How deep the stack gets at most from the exception handler (or `Reset`) of this name.
+    /// How deep the stack gets at most from the exception handler (or `Reset`) of this name, without what an exception
+    /// puts there.
     pub fn stack_of(&self, handler: &str) -> Result<StackUse, StackError> {
-        stack::of(&self.functions, handler)
+        stack::of(&self.functions, &self.words, handler)
     }
 }
 

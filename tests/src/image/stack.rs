@@ -1,9 +1,11 @@
 //! A bound on the stack: frames along the deepest path of the call graph.
 //!
 //! The frame of a function is taken to be all that its instructions push, on whatever path. A
-//! function that jumps to another one counts as calling it. Both only make the bound larger.
+//! function that jumps to another one counts as calling it, and one that calls through a pointer as
+//! calling every function whose address is found in code or data. All that only makes the bound
+//! larger.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use super::thumb::{Effect, effect, length};
@@ -27,8 +29,6 @@ pub enum StackError {
     Recursion(Vec<String>),
     /// A function takes stack by the amount.
     Unknown(String),
-    /// A function calls through a pointer.
-    Indirect(String),
 }
 
 impl fmt::Display for StackError {
@@ -37,24 +37,39 @@ impl fmt::Display for StackError {
             Self::Missing(name) => write!(f, "there is no function {name}"),
             Self::Recursion(path) => write!(f, "recursion: {}", path.join(" → ")),
             Self::Unknown(name) => write!(f, "{name} takes stack by an amount that is not known"),
-            Self::Indirect(name) => write!(f, "{name} calls through a pointer"),
         }
     }
 }
 
+#[derive(Default)]
 struct Frame {
     bytes: u32,
     calls: Vec<u32>,
+    calls_pointer: bool,
+    /// Numbers that the function makes, some of which may be addresses.
+    numbers: Vec<u32>,
 }
 
 /// Bound for the function of this name.
-pub(super) fn of(functions: &BTreeMap<u32, Function>, name: &str) -> Result<StackUse, StackError> {
+pub(super) fn of(
+    functions: &BTreeMap<u32, Function>,
+    words: &BTreeSet<u32>,
+    name: &str,
+) -> Result<StackUse, StackError> {
     let function = functions
         .values()
         .find(|function| function.name == name)
         .ok_or_else(|| StackError::Missing(name.to_owned()))?;
+    let frames = functions.values().map(|function| Ok((function.address, frame(function)?)));
+    let frames: BTreeMap<_, _> = frames.collect::<Result<_, _>>()?;
+    let numbers = frames.values().flat_map(|frame| &frame.numbers).chain(words);
+    // Bit 0 marks Thumb code.
+    let addresses = numbers.filter(|number| *number & 1 == 1).map(|number| number & !1);
+    let pointers = addresses.filter(|address| functions.contains_key(address)).collect();
     let mut search = Search {
         functions,
+        frames,
+        pointers,
         known: BTreeMap::new(),
         under_way: Vec::new(),
     };
@@ -63,6 +78,9 @@ pub(super) fn of(functions: &BTreeMap<u32, Function>, name: &str) -> Result<Stac
 
 struct Search<'a> {
     functions: &'a BTreeMap<u32, Function>,
+    frames: BTreeMap<u32, Frame>,
+    /// What a pointer may point to.
+    pointers: BTreeSet<u32>,
     known: BTreeMap<u32, StackUse>,
     under_way: Vec<u32>,
 }
@@ -83,23 +101,28 @@ impl Search<'_> {
                 names.map(|function| function.name.clone()).collect(),
             ));
         }
+        let missing = || StackError::Missing(format!("at {address:#x}"));
         self.under_way.push(address);
-        let frame = frame(function)?;
+        let frame = self.frames.get(&address).ok_or_else(missing)?;
+        let (bytes, mut calls) = (frame.bytes, frame.calls.clone());
+        if frame.calls_pointer {
+            calls.extend(&self.pointers);
+        }
         let mut below = StackUse {
             bytes: 0,
             path: Vec::new(),
         };
-        for call in frame.calls {
+        for call in calls {
             let called = self.deepest(call)?;
             if called.bytes >= below.bytes {
                 below = called;
             }
         }
         self.under_way.pop();
-        let mut path = vec![(function.name.clone(), frame.bytes)];
+        let mut path = vec![(function.name.clone(), bytes)];
         path.extend(below.path);
         let deepest = StackUse {
-            bytes: frame.bytes + below.bytes,
+            bytes: bytes + below.bytes,
             path,
         };
         self.known.insert(address, deepest.clone());
@@ -109,10 +132,8 @@ impl Search<'_> {
 
 fn frame(function: &Function) -> Result<Frame, StackError> {
     let inside = function.address..function.address + function.code.len() as u32;
-    let mut frame = Frame {
-        bytes: 0,
-        calls: Vec::new(),
-    };
+    let mut frame = Frame::default();
+    let mut lower = [0; 16];
     let half_word = |offset: u32| {
         let bytes = function.code.get(offset as usize..)?.first_chunk()?;
         Some(u16::from_le_bytes(*bytes))
@@ -122,6 +143,8 @@ fn frame(function: &Function) -> Result<Frame, StackError> {
         let address = function.address + offset;
         let following = function.data.partition_point(|(start, _)| *start <= address);
         if following > 0 && function.data[following - 1].1 {
+            let word = u32::from(half_word(offset + 2).unwrap_or_default()) << 16;
+            frame.numbers.push(word | u32::from(first));
             offset += 2;
             continue;
         }
@@ -130,7 +153,12 @@ fn frame(function: &Function) -> Result<Frame, StackError> {
             Effect::None => {}
             Effect::Push(bytes) => frame.bytes += bytes,
             Effect::PushUnknown => return Err(StackError::Unknown(function.name.clone())),
-            Effect::Indirect => return Err(StackError::Indirect(function.name.clone())),
+            Effect::Indirect => frame.calls_pointer = true,
+            Effect::LowerHalf { register, value } => lower[usize::from(register)] = value,
+            Effect::UpperHalf { register, value } => {
+                let low = u32::from(lower[usize::from(register)]);
+                frame.numbers.push(u32::from(value) << 16 | low);
+            }
             Effect::Jump(target) if inside.contains(&target) => {}
             Effect::Call(target) | Effect::Jump(target) => frame.calls.push(target),
         }

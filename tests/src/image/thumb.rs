@@ -16,6 +16,20 @@ pub(super) enum Effect {
     Jump(u32),
     /// A call or jump to an address in a register or in memory.
     Indirect,
+    /// The lower half of a register is set.
+    LowerHalf {
+        /// The register.
+        register: u16,
+        /// Its lower half; the upper one becomes 0.
+        value: u16,
+    },
+    /// The upper half of a register is set.
+    UpperHalf {
+        /// The register.
+        register: u16,
+        /// Its upper half.
+        value: u16,
+    },
 }
 
 /// Length in bytes of the instruction that begins with this half-word.
@@ -79,10 +93,24 @@ fn long(address: u32, first: u16, second: u16) -> Effect {
         // ldr.w pc, [register]; from [sp], # it is a return.
         0xf85d if second == 0xfb04 => Effect::None,
         _ if first & 0xff70 == 0xf850 && second >> 12 == 0xf => Effect::Indirect,
+        // movw and movt register, #
+        _ if first & 0xfbf0 == 0xf240 && second >> 15 == 0 => Effect::LowerHalf {
+            register: second >> 8 & 0xf,
+            value: half(first, second),
+        },
+        _ if first & 0xfbf0 == 0xf2c0 && second >> 15 == 0 => Effect::UpperHalf {
+            register: second >> 8 & 0xf,
+            value: half(first, second),
+        },
         // Branches: 11110 S ..., second half-word 1 L ...
         _ if first >> 11 == 0b11110 && second >> 15 == 1 => branch(address, high, low),
         _ => Effect::None,
     }
+}
+
+/// The 16 bits of movw and movt.
+fn half(first: u16, second: u16) -> u16 {
+    (first & 0xf) << 12 | (first >> 10 & 1) << 11 | (second >> 12 & 7) << 8 | second & 0xff
 }
 
 fn branch(address: u32, high: u32, low: u32) -> Effect {
@@ -153,6 +181,8 @@ mod tests {
             (0xf3bf, 0x8f5f, Effect::None),         // dmb
             (0xf3ef, 0x8011, Effect::None),         // mrs r0, basepri
             (0xf85d, 0xfb04, Effect::None),         // pop.w {pc}
+            (0xf642, 0x73cd, Effect::LowerHalf { register: 3, value: 0x2fcd }), // movw r3, #0x2fcd
+            (0xf6c0, 0x0100, Effect::UpperHalf { register: 1, value: 0x0800 }), // movt r1, #0x800
         ] {
             assert_eq!(effect(at, first, second), expected, "{first:04x} {second:04x}");
         }
