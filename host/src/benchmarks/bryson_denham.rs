@@ -31,7 +31,9 @@ pub(super) fn benchmark() -> Benchmark {
             BrysonDenham,
             Cost::None,
             vec![
-                State::from("x", 0.0).to(0.0).within(f64::NEG_INFINITY, 1.0 / 9.0),
+                State::from("x", 0.0)
+                    .to(0.0)
+                    .within(f64::NEG_INFINITY, 1.0 / 9.0),
                 State::from("v", 1.0).to(-1.0),
             ],
             vec![("u", Bounds::FREE)],

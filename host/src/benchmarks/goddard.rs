@@ -30,9 +30,10 @@ impl Model for Goddard {
 pub(super) fn benchmark() -> Benchmark {
     Benchmark {
         name: "goddard",
-        answer: -1.012_836_8,
-        uncertainty: 5e-8,
-        source: "problem: Dolan, Moré, Munson, COPS 3.0 (2004), 10; answer (minus the height): seven digits on three meshes",
+        answer: -1.012_836_918_317,
+        uncertainty: 1e-12,
+        source: "problem: Dolan, Moré, Munson, COPS 3.0 (2004), 10; answer (minus the height): full thrust up to the surface \
+                 m g = (1 + v/c) D, along it down to the last fuel, and up to rest, by a Runge–Kutta rule of fourth order",
         problem: problem(
             Goddard,
             Cost::Minus(0),

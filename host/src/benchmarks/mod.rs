@@ -8,11 +8,13 @@ mod goddard;
 mod hypersensitive;
 mod rayleigh;
 mod robot_arm;
+mod run;
 mod statement;
 mod triple_integrator;
 mod two_link_arm;
 mod van_der_pol;
 
+pub use run::{Approach, Measured, RunError, run};
 
 use crate::ocp::{Guess, OptimalControlProblem};
 

@@ -49,7 +49,9 @@ pub(super) fn benchmark() -> Benchmark {
                 State::from("phi", FRAC_PI_4).to(FRAC_PI_4).within(0.0, PI),
                 State::from("phi rate", 0.0).to(0.0),
             ],
-            ["u rho", "u theta", "u phi"].map(|name| (name, Bounds::symmetric(1.0))).to_vec(),
+            ["u rho", "u theta", "u phi"]
+                .map(|name| (name, Bounds::symmetric(1.0)))
+                .to_vec(),
             Bounds::new(0.1, 100.0),
         ),
         guess: Guess::line(

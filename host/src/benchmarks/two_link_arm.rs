@@ -44,7 +44,10 @@ pub(super) fn benchmark() -> Benchmark {
                 .zip(from.iter().zip(&to))
                 .map(|(name, (from, to))| State::from(name, *from).to(*to))
                 .collect(),
-            vec![("u1", Bounds::symmetric(1.0)), ("u2", Bounds::symmetric(1.0))],
+            vec![
+                ("u1", Bounds::symmetric(1.0)),
+                ("u2", Bounds::symmetric(1.0)),
+            ],
             Bounds::new(0.1, 100.0),
         ),
         guess: Guess::line(3.0, from, to, vec![0.0; 2]),

@@ -1,6 +1,7 @@
 //! Optimal control: the problem in continuous time, and its transcription by multi-interval LGR collocation.
 
 mod answer;
+mod arcs;
 mod costate;
 mod guess;
 pub mod lgr;
@@ -14,6 +15,7 @@ mod solution;
 mod transcription;
 
 pub use answer::Answer;
+pub use arcs::{BangArc, BangBang, Optimality, Side, bang_bang};
 pub use costate::{Costates, Hamiltonian};
 pub use guess::{Guess, Point};
 pub use mechanical::{Mechanical, PathRow};

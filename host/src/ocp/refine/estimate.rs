@@ -116,7 +116,9 @@ impl Interval<'_> {
             let mut z = self.solution.state_at(place);
             z.extend(self.solution.control_at(place));
             self.problem.stage.values(&z, &mut values);
-            column.rows_mut(0, sizes.states).copy_from_slice(&values[..sizes.states]);
+            column
+                .rows_mut(0, sizes.states)
+                .copy_from_slice(&values[..sizes.states]);
             column[sizes.states] = values[sizes.states + sizes.path];
         }
         slopes
@@ -154,7 +156,11 @@ impl Interval<'_> {
             weighted.map(|(cost, w)| cost * w).sum::<f64>() * self.length_s / 2.0
         };
         let cost = (by(&finer, &slopes) - by(own, &self.slopes_at(own))).abs() / scale[states];
-        if cost > worst { (cost, states) } else { (worst, of) }
+        if cost > worst {
+            (cost, states)
+        } else {
+            (worst, of)
+        }
     }
 }
 

@@ -89,7 +89,14 @@ pub fn refine(
     mut watch: impl FnMut(&Answer, &MeshRecord) -> ControlFlow<()>,
 ) -> Refined {
     let solve = |mesh, guess: &Guess| {
-        Answer::of(problem, mesh, guess, solver, &settings.solver, Box::new(|_| true))
+        Answer::of(
+            problem,
+            mesh,
+            guess,
+            solver,
+            &settings.solver,
+            Box::new(|_| true),
+        )
     };
     let mut answer = solve(mesh, guess);
     let mut log: Vec<MeshRecord> = Vec::new();
@@ -99,7 +106,9 @@ pub fn refine(
         }
         let mesh = &answer.solution.mesh;
         let errors = errors(problem, &answer.solution);
-        let error = errors.iter().fold(0.0_f64, |m, error| m.max(error.dynamics));
+        let error = errors
+            .iter()
+            .fold(0.0_f64, |m, error| m.max(error.dynamics));
         let change = log.last().map(|last| {
             let size = answer.objective.abs().max(last.objective.abs());
             (answer.objective - last.objective).abs() / size.max(f64::MIN_POSITIVE)

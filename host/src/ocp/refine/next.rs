@@ -37,7 +37,9 @@ pub(super) fn next(
         // How many times too large the error is, and how fast it falls per point.
         let (excess, decay) = match reason {
             Reason::Dynamics => (error.dynamics / tolerance, error.decay),
-            Reason::Objective if error.control >= MARKED * worst_control && worst_control > 1e-13 => {
+            Reason::Objective
+                if error.control >= MARKED * worst_control && worst_control > 1e-13 =>
+            {
                 (100.0, error.control_decay)
             }
             Reason::Objective => (0.0, 0.0),
@@ -54,7 +56,9 @@ pub(super) fn next(
 
 fn refined(interval: Interval, excess: f64, decay: f64) -> Vec<Interval> {
     if decay >= SMOOTH {
-        let more = (excess.log10() / decay).ceil().clamp(1.0, MOST_POINTS as f64) as usize;
+        let more = (excess.log10() / decay)
+            .ceil()
+            .clamp(1.0, MOST_POINTS as f64) as usize;
         let points = interval.points + more;
         if points <= MOST_POINTS {
             return vec![Interval { points, ..interval }];
@@ -64,7 +68,11 @@ fn refined(interval: Interval, excess: f64, decay: f64) -> Vec<Interval> {
     let parts = needed.clamp(2.0, MOST_PARTS as f64) as usize;
     let part = Interval {
         fraction: interval.fraction / parts as f64,
-        points: if decay >= SMOOTH { interval.points.min(MOST_POINTS / 2) } else { FEWEST_POINTS },
+        points: if decay >= SMOOTH {
+            interval.points.min(MOST_POINTS / 2)
+        } else {
+            FEWEST_POINTS
+        },
     };
     vec![part; parts]
 }
