@@ -249,3 +249,6 @@ fn joined(problem: &OptimalControlProblem, arcs: &[BangArc], lifted: &Solution) 
         controls,
     }
 }
+
+#[cfg(test)]
+mod tests;
