@@ -1,12 +1,10 @@
 //! The paper's move from hello to `Done`.
 
-use std::time::Duration;
-
 use stillpoint_firmware::State;
 use stillpoint_firmware::bench::AXES;
 use stillpoint_shared::protocol::{Channels, Request, TelemetryConfig};
 
-use super::bench::{Bench, first_rad, paper, start_request};
+use super::bench::{Bench, PATIENCE, first_rad, paper, start_request};
 use super::replay;
 
 /// Every set-point that the image sends over the whole move is the one that the same executor sends on this computer,
@@ -51,10 +49,13 @@ fn the_papers_move_is_sent_as_on_this_computer_to_the_bit() {
     }
 
     let mut running = 0;
-    while let Some(sample) = bench.session.telemetry(Duration::from_millis(50)).unwrap() {
+    let last_tick = u64::from(seen.last().unwrap().tick);
+    while let Some(sample) = bench.session.telemetry(PATIENCE).unwrap() {
         let sample = sample.telemetry;
-        let record = seen.iter().find(|r| u64::from(r.tick) == sample.tick);
-        let Some(record) = record else {
+        if sample.tick > last_tick {
+            break;
+        }
+        let Some(record) = seen.iter().find(|r| u64::from(r.tick) == sample.tick) else {
             continue;
         };
         let sent = record.sent.unwrap();
@@ -68,9 +69,6 @@ fn the_papers_move_is_sent_as_on_this_computer_to_the_bit() {
             sent.map(|axis| axis[2])
         );
         running += u32::from(record.state == State::Running);
-        if record.tick == seen.last().unwrap().tick {
-            break;
-        }
     }
     assert!(running >= duration_ticks / 10_000 - 2, "{running}");
 }
