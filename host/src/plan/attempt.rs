@@ -19,11 +19,15 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// Share of a limit by which it is drawn in, and what of that a peak may use up.
-const MARGIN: f64 = 1e-3;
+const MARGIN: f64 = 2e-4;
 const USABLE: f64 = 0.8;
 
+/// Share of the tolerance to which the barrier is lowered. Beyond that the solution presses against its limits until its
+/// polynomials swing between the places, for a gain below the tolerance.
+const BARRIER: f64 = 0.9;
+
 /// Peaks that come this close to their limit (share of it) are held too: the next solution may press them further.
-const NEAR: f64 = 0.05;
+const NEAR: f64 = 0.1;
 
 /// Rounds after which the peaks are taken as they are.
 const ROUNDS: usize = 10;
@@ -93,6 +97,7 @@ impl Attempt<'_> {
                     tolerance
                 },
                 max_iterations: last_iteration.saturating_sub(effort.iterations),
+                least_barrier: if everywhere { tolerance * BARRIER } else { 0.0 },
             };
             let outcome = self.run(&transcription, start, &settings, effort)?;
             let solution = transcription.solution(&outcome.x);
