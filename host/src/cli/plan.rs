@@ -1,6 +1,6 @@
 //! `stillpoint plan MOVE.toml`
 
-use super::{Failure, encode, output, terminal, write_file};
+use super::{Failure, encode_plan, output, terminal, verify, write_file};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{NlpSolver, Pounce};
 use crate::plan::{Effort, Plan, PlanError, plan};
@@ -89,7 +89,7 @@ fn execute(arguments: &Arguments) -> Result<(Plan, PathBuf), Failure> {
     let result = plan(&file, solver.as_ref(), progress);
     terminal::end_progress(arguments.json, arguments.log);
     let plan = result?;
-    write_file(&out, &encode(&plan.trajectory)?)?;
+    write_file(&out, &encode_plan(&plan)?)?;
     if let Some(warning) = plan.warning() {
         eprintln!("warning: {warning}");
     }
@@ -132,6 +132,7 @@ fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
     object["end_miss_relative"] = json!(plan.end_miss.worst().map(|miss| miss.relative()));
     object["end_miss_by_state"] = Value::Object(by_state);
     object["warning"] = json!(plan.warning());
+    object["certificate"] = verify::object(&plan.section.certificate);
     object["trajectory"] = json!(out.display().to_string());
     object
 }
@@ -209,5 +210,6 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
             v.bound
         );
     }
+    text += &format!("  {}\n", plan.section.certificate.verdict());
     text
 }

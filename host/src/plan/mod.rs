@@ -14,10 +14,12 @@ pub use guess::{quintic_guess, rigid_duration_s};
 pub use problem::move_problem;
 pub use trajectory::{ConversionError, trajectory};
 
+use crate::certify::{CertifyError, Coordinates, certify};
 use crate::movefile::MoveFile;
 use crate::nlp::{Iteration, NlpSolver, Status};
 use crate::ocp::Solution;
 use crate::simulate::ode::OdeError;
+use crate::sptfile::Section;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -45,6 +47,8 @@ pub struct Plan {
     pub solution: Solution,
     /// What the board plays.
     pub trajectory: Trajectory,
+    /// What is stored beside it: the machine's coordinates, and what is proved.
+    pub section: Section,
     /// Solver and its effort.
     pub effort: Effort,
     /// Where the machine ends when the dynamics are integrated under the planned control.
@@ -127,6 +131,9 @@ pub enum PlanError {
     /// The answer does not fit the board.
     #[error(transparent)]
     Conversion(#[from] ConversionError),
+    /// The answer cannot be certified, whatever it is.
+    #[error(transparent)]
+    Certify(#[from] CertifyError),
 }
 
 /// Sees an iteration and the duration (s) that the move has there; `false` ends the solve.
@@ -217,11 +224,18 @@ fn checked(
         });
     }
     let largest_violation = largest_violation(&problem, &solution);
-    let trajectory = trajectory(file.machine.plant(), &file.limits, &solution, 1)?;
+    let plant = file.machine.plant();
+    let trajectory = trajectory(plant, &file.limits, &solution, 1)?;
+    let coordinates = Coordinates::of(&solution, plant.axis_count());
+    let certificate = certify(&trajectory, &coordinates, &file.limits, plant)?;
     effort.check = started.elapsed();
     Ok(Plan {
         solution,
         trajectory,
+        section: Section {
+            coordinates,
+            certificate,
+        },
         effort,
         end_miss,
         largest_violation,
