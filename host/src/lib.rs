@@ -5,6 +5,7 @@
 
 pub mod autodiff;
 pub mod benchmarks;
+pub mod certify;
 pub mod cli;
 pub mod device;
 pub mod machine;
@@ -14,4 +15,5 @@ pub mod ocp;
 pub mod plan;
 pub mod report;
 pub mod simulate;
+pub mod sptfile;
 pub mod study;

@@ -128,6 +128,7 @@ fn answer(name: &str, mesh: Mesh) -> (Arc<stillpoint::ocp::OptimalControlProblem
     let settings = Settings {
         tolerance: 1e-10,
         max_iterations: 500,
+        least_barrier: 0.0,
     };
     let monitor = Box::new(|_: &_| true);
     let answer = Answer::of(
@@ -203,6 +204,7 @@ fn refinement_says_why_it_ends() {
             solver: Settings {
                 tolerance: 1e-9,
                 max_iterations,
+                least_barrier: 0.0,
             },
         };
         let problem = Arc::new(benchmark.problem);
@@ -287,6 +289,7 @@ fn the_estimate_is_of_the_size_of_the_error() {
             solver: Settings {
                 tolerance: 1e-12,
                 max_iterations: 50,
+                least_barrier: 0.0,
             },
         };
         let guess = Guess::line(2.0, vec![1.0], vec![0.1], vec![]);

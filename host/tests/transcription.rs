@@ -206,6 +206,7 @@ fn solve(problem: OptimalControlProblem, mesh: Mesh, guess: &Guess) -> (f64, Sol
     let settings = Settings {
         tolerance: 1e-10,
         max_iterations: 500,
+        least_barrier: 0.0,
     };
     let outcome = Pounce.solve(Box::new(nlp), &settings, Box::new(|_| true));
     assert_eq!(outcome.status, Status::Solved);

@@ -112,6 +112,7 @@ pub fn run(
         solver: Settings {
             tolerance: SOLVER_TOLERANCE,
             max_iterations: MAX_ITERATIONS,
+            least_barrier: 0.0,
         },
     };
     let mut arcs = None;

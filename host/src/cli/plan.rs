@@ -1,7 +1,7 @@
 //! `stillpoint plan MOVE.toml`
 
-use super::{Failure, encode, output, terminal, write_file};
-use crate::movefile::MoveFile;
+use super::{Failure, encode_plan, output, terminal, verify, write_file};
+use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{NlpSolver, Pounce};
 use crate::plan::{Effort, Plan, PlanError, plan};
 use clap::{Args, ValueEnum};
@@ -21,9 +21,9 @@ pub(super) struct Arguments {
     /// Which solver to use
     #[arg(long, value_enum, default_value_t = Solver::Pounce)]
     solver: Solver,
-    /// Where the limits are imposed
-    #[arg(long, value_enum, default_value_t = LimitsAt::Nodes)]
-    limits: LimitsAt,
+    /// Where the limits are imposed [default: what the move file says, else everywhere]
+    #[arg(long, value_enum)]
+    limits: Option<LimitsAt>,
     /// Print the result as one JSON object on stdout
     #[arg(long)]
     pub(super) json: bool,
@@ -38,12 +38,6 @@ pub(super) enum Solver {
     Pounce,
     /// Ipopt: needs the system library and a build with `--features ipopt`
     Ipopt,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum LimitsAt {
-    /// At the collocation points, as the paper does
-    Nodes,
 }
 
 impl Solver {
@@ -74,8 +68,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn execute(arguments: &Arguments) -> Result<(Plan, PathBuf), Failure> {
-    let LimitsAt::Nodes = arguments.limits;
-    let file = MoveFile::read(&arguments.file)?;
+    let mut file = MoveFile::read(&arguments.file)?;
+    file.solver.limits = arguments.limits.unwrap_or(file.solver.limits);
     let solver = arguments.solver.get()?;
     let out =
         (arguments.out.clone()).unwrap_or_else(|| PathBuf::from(format!("{}.spt", file.name)));
@@ -95,7 +89,7 @@ fn execute(arguments: &Arguments) -> Result<(Plan, PathBuf), Failure> {
     let result = plan(&file, solver.as_ref(), progress);
     terminal::end_progress(arguments.json, arguments.log);
     let plan = result?;
-    write_file(&out, &encode(&plan.trajectory)?)?;
+    write_file(&out, &encode_plan(&plan)?)?;
     if let Some(warning) = plan.warning() {
         eprintln!("warning: {warning}");
     }
@@ -107,6 +101,7 @@ fn effort(effort: &Effort, total: Duration) -> Value {
         "status": effort.status.to_string(),
         "solver": effort.solver,
         "iterations": effort.iterations,
+        "rounds": effort.rounds,
         "variables": effort.variables,
         "constraints": effort.constraints,
         "seconds": {
@@ -137,6 +132,7 @@ fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
     object["end_miss_relative"] = json!(plan.end_miss.worst().map(|miss| miss.relative()));
     object["end_miss_by_state"] = Value::Object(by_state);
     object["warning"] = json!(plan.warning());
+    object["certificate"] = verify::object(&plan.section.certificate);
     object["trajectory"] = json!(out.display().to_string());
     object
 }
@@ -172,6 +168,7 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
     let Effort {
         solver,
         iterations,
+        rounds,
         variables,
         constraints,
         setup,
@@ -180,7 +177,7 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
         ..
     } = &plan.effort;
     let mut text = format!(
-        "{:.3} ms, written to {}\n  {solver}: {iterations} iterations, {variables} variables, {constraints} constraints\n",
+        "{:.3} ms, written to {}\n  {solver}: {iterations} iterations in {rounds} rounds, {variables} variables, {constraints} constraints\n",
         plan.solution.duration_s * 1e3,
         out.display()
     );
@@ -213,5 +210,6 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
             v.bound
         );
     }
+    text += &format!("  {}\n", plan.section.certificate.verdict());
     text
 }

@@ -7,19 +7,22 @@
 //! Σⱼ D_ij xⱼ − (w T / 2) f(x_i, u_i) = 0
 //! ```
 //!
-//! and the path function; at the end the path function where it does not need a control; then the end function.
+//! and the path function; at the end the path function where it does not need a control; then the end function; then
+//! limits at places between the points ([`Sample`]).
 //! The running cost is integrated by the rule's quadrature.
 
 use super::guess::Guess;
 use super::lgr::Rule;
 use super::mesh::Mesh;
 use super::problem::{Bounds, OptimalControlProblem};
+use super::sample::{Limited, Sample, SampleRow};
 use super::scaling::Scaling;
 use super::solution::Solution;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
 mod nlp;
+mod samples;
 mod structure;
 pub use nlp::CollocationNlp;
 
@@ -33,6 +36,7 @@ pub struct Transcription {
     pub(super) points: Vec<Point>,
     /// Path rows that can be imposed at the end, where there is no control.
     pub(super) end_path: Vec<usize>,
+    pub(super) samples: Vec<SampleRow>,
 }
 
 /// A collocation point.
@@ -107,11 +111,9 @@ impl Transcription {
             }));
         }
         let sizes = problem.sizes;
-        let needs_control = |row: usize| {
-            let mut entries = problem.stage.structure().jacobian.iter();
-            entries.any(|&(r, c)| r == sizes.states + row && c >= sizes.states)
-        };
-        let end_path = (0..sizes.path).filter(|&row| !needs_control(row)).collect();
+        let end_path = (0..sizes.path)
+            .filter(|&row| !problem.path_needs_control(row))
+            .collect();
         Self {
             problem,
             mesh,
@@ -119,7 +121,28 @@ impl Transcription {
             scaling,
             points,
             end_path,
+            samples: Vec::new(),
         }
+    }
+
+    /// The same with limits at places between the points, in place of any it had.
+    #[must_use]
+    pub fn with_samples(mut self, samples: &[Sample]) -> Self {
+        let mut firsts = vec![0; self.rules.len()];
+        for point in &self.points {
+            firsts[point.interval] = point.first;
+        }
+        let rows = samples.iter().map(|sample| {
+            let on_points = match sample.limited {
+                Limited::State(_) => false,
+                Limited::Control(_) => true,
+                Limited::Path(row) => !self.end_path.contains(&row),
+            };
+            let rule = &self.rules[sample.interval];
+            SampleRow::new(*sample, firsts[sample.interval], rule, on_points)
+        });
+        self.samples = rows.collect();
+        self
     }
 
     /// The scaling in use.
@@ -158,7 +181,22 @@ impl Transcription {
     /// Number of constraints.
     #[must_use]
     pub fn constraints(&self) -> usize {
+        self.sample_rows() + self.samples.len()
+    }
+
+    /// First row of the samples.
+    pub(super) fn sample_rows(&self) -> usize {
         self.end_rows() + self.end_path.len() + self.problem.sizes.endpoint
+    }
+
+    /// Scale and name of what a sample limits.
+    fn limited(&self, limited: Limited) -> (f64, &str) {
+        let scale = match limited {
+            Limited::State(i) => self.scaling.states[i],
+            Limited::Control(i) => self.scaling.controls[i],
+            Limited::Path(i) => self.scaling.path[i],
+        };
+        (scale, &self.problem.quantity(limited).name)
     }
 
     /// Scale of a stage variable (x then u).
@@ -259,12 +297,14 @@ impl Transcription {
         let Some(at) = self.points.get(point) else {
             return 1.0;
         };
-        let before: f64 = self.mesh.intervals()[..at.interval]
-            .iter()
-            .map(|i| i.fraction)
-            .sum();
-        let local = self.rules[at.interval].support[at.index];
-        before + at.half_share * (local + 1.0)
+        self.share_of(at.interval, self.rules[at.interval].support[at.index])
+    }
+
+    /// Share of the duration at a place.
+    fn share_of(&self, interval: usize, local: f64) -> f64 {
+        let (before, from) = self.mesh.intervals().split_at(interval);
+        let before: f64 = before.iter().map(|i| i.fraction).sum();
+        before + from[0].fraction / 2.0 * (local + 1.0)
     }
 
     /// What each row means.
@@ -310,6 +350,16 @@ impl Transcription {
                     bounds: end.bounds,
                 }),
         );
+        rows.extend(self.samples.iter().map(|row| {
+            let (scale, name) = self.limited(row.sample.limited);
+            RowMeaning {
+                name: name.to_owned(),
+                defect: false,
+                share: self.share_of(row.sample.interval, row.sample.local),
+                scale,
+                bounds: row.sample.bounds,
+            }
+        }));
         rows
     }
 

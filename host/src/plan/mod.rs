@@ -1,21 +1,25 @@
 //! Planning a move: problem, first guess, solve, check, trajectory.
 
+mod attempt;
 mod check;
 mod diagnosis;
 mod guess;
 mod problem;
 mod trajectory;
 
+use attempt::{Attempt, Solved, imposed};
 pub use check::{EndMiss, LargestViolation, StateMiss, end_miss, largest_violation};
 pub use diagnosis::{Diagnosis, Saturation, Violation};
 pub use guess::{quintic_guess, rigid_duration_s};
 pub use problem::move_problem;
 pub use trajectory::{ConversionError, trajectory};
 
+use crate::certify::{CertifyError, Coordinates, certify};
 use crate::movefile::MoveFile;
-use crate::nlp::{Iteration, NlpSolver, Settings, Status};
-use crate::ocp::{CollocationNlp, Guess, Mesh, OptimalControlProblem, Solution, Transcription};
+use crate::nlp::{Iteration, NlpSolver, Status};
+use crate::ocp::Solution;
 use crate::simulate::ode::OdeError;
+use crate::sptfile::Section;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -43,6 +47,8 @@ pub struct Plan {
     pub solution: Solution,
     /// What the board plays.
     pub trajectory: Trajectory,
+    /// What is stored beside it: the machine's coordinates, and what is proved.
+    pub section: Section,
     /// Solver and its effort.
     pub effort: Effort,
     /// Where the machine ends when the dynamics are integrated under the planned control.
@@ -78,6 +84,8 @@ pub struct Effort {
     pub status: Status,
     /// Iterations.
     pub iterations: usize,
+    /// Programs solved: one for every first guess, and with limits everywhere one for every set of places.
+    pub rounds: usize,
     /// Variables of the nonlinear program.
     pub variables: usize,
     /// Constraints.
@@ -123,12 +131,15 @@ pub enum PlanError {
     /// The answer does not fit the board.
     #[error(transparent)]
     Conversion(#[from] ConversionError),
+    /// The answer cannot be certified, whatever it is.
+    #[error(transparent)]
+    Certify(#[from] CertifyError),
 }
 
 /// Sees an iteration and the duration (s) that the move has there; `false` ends the solve.
 pub type Progress = Box<dyn FnMut(&Iteration, f64) -> bool>;
 
-/// Plans the fastest move of a file, with limits at the LGR points.
+/// Plans the fastest move of a file, with limits where its `[solver]` table wants them.
 ///
 /// # Errors
 /// [`PlanError`].
@@ -138,20 +149,27 @@ pub fn plan(
     progress: Progress,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
-    let problem: Arc<OptimalControlProblem> = Arc::new(move_problem(file));
+    let problem = Arc::new(imposed(move_problem(file), file.solver.limits));
     let estimate_s = rigid_duration_s(file).unwrap_or(GUESS_WITHOUT_ESTIMATE_S);
     let progress = Rc::new(RefCell::new(progress));
     let mut effort = Effort {
         solver: solver.name(),
         status: Status::Invalid,
         iterations: 0,
+        rounds: 0,
         variables: 0,
         constraints: 0,
         setup: started.elapsed(),
         solve: Duration::ZERO,
         check: Duration::ZERO,
     };
-    let mut failure: Option<Diagnosis> = None;
+    let attempt = Attempt {
+        file,
+        problem: &problem,
+        solver,
+        progress: &progress,
+    };
+    let mut failure = None;
     for (index, slowness) in GUESS_SLOWNESS.into_iter().enumerate() {
         let left = file.solver.max_iterations - effort.iterations;
         let last = index + 1 == GUESS_SLOWNESS.len();
@@ -161,17 +179,8 @@ pub fn plan(
             left.min(ITERATIONS_PER_GUESS)
         };
         let guess = quintic_guess(file, estimate_s * slowness);
-        let attempt = attempt(
-            file,
-            &problem,
-            &guess,
-            iterations,
-            solver,
-            &progress,
-            &mut effort,
-        );
-        match attempt {
-            Ok(solution) => return checked(file, &problem, solution, effort),
+        match attempt.solve(&guess, iterations, &mut effort) {
+            Ok(solved) => return checked(file, solved, effort),
             Err(diagnosis) => {
                 let stopped = diagnosis.status == Status::Stopped;
                 failure = Some(diagnosis);
@@ -185,62 +194,18 @@ pub fn plan(
         unreachable!("there is at least one first guess");
     };
     diagnosis.iterations = effort.iterations;
-    Err(PlanError::Unsolved(Box::new(diagnosis), Box::new(effort)))
-}
-
-/// Solves from one first guess and adds what it cost to `effort`.
-fn attempt(
-    file: &MoveFile,
-    problem: &Arc<OptimalControlProblem>,
-    guess: &Guess,
-    max_iterations: usize,
-    solver: &dyn NlpSolver,
-    progress: &Rc<RefCell<Progress>>,
-    effort: &mut Effort,
-) -> Result<Solution, Diagnosis> {
-    let started = Instant::now();
-    let mesh = Mesh::uniform(file.mesh.intervals, file.mesh.points);
-    let transcription = Arc::new(Transcription::new(Arc::clone(problem), mesh, guess));
-    let start = transcription.unknowns(guess);
-    let nlp = CollocationNlp::new(Arc::clone(&transcription), start, None);
-    effort.variables = transcription.variables();
-    effort.constraints = transcription.constraints();
-    effort.setup += started.elapsed();
-
-    let started = Instant::now();
-    let settings = Settings {
-        tolerance: file.solver.tolerance,
-        max_iterations,
-    };
-    let seconds_per_objective = transcription.scaling().objective;
-    let (progress, before) = (Rc::clone(progress), effort.iterations);
-    let monitor = Box::new(move |iteration: &Iteration| {
-        let counted = Iteration {
-            number: before + iteration.number,
-            ..*iteration
-        };
-        (progress.borrow_mut())(&counted, iteration.objective * seconds_per_objective)
-    });
-    let outcome = solver.solve(Box::new(nlp.clone()), &settings, monitor);
-    effort.status = outcome.status;
-    effort.iterations += outcome.iterations;
-    effort.solve += started.elapsed();
-    if outcome.status == Status::Solved {
-        Ok(transcription.solution(&outcome.x))
-    } else {
-        Err(Diagnosis::of(&transcription, &nlp, &outcome))
-    }
+    Err(PlanError::Unsolved(diagnosis, Box::new(effort)))
 }
 
 /// Checks a solution and makes the trajectory of it.
 fn checked(
     file: &MoveFile,
-    problem: &OptimalControlProblem,
-    solution: Solution,
+    Solved { solution, .. }: Solved,
     mut effort: Effort,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
-    let end_miss = match end_miss(problem, &solution) {
+    let problem = move_problem(file);
+    let end_miss = match end_miss(&problem, &solution) {
         Ok(miss) => miss,
         Err(source) => {
             let effort = Box::new(effort);
@@ -258,12 +223,19 @@ fn checked(
             effort: Box::new(effort),
         });
     }
-    let largest_violation = largest_violation(problem, &solution);
-    let trajectory = trajectory(file.machine.plant(), &file.limits, &solution, 1)?;
+    let largest_violation = largest_violation(&problem, &solution);
+    let plant = file.machine.plant();
+    let trajectory = trajectory(plant, &file.limits, &solution, 1)?;
+    let coordinates = Coordinates::of(&solution, plant.axis_count());
+    let certificate = certify(&trajectory, &coordinates, &file.limits, plant)?;
     effort.check = started.elapsed();
     Ok(Plan {
         solution,
         trajectory,
+        section: Section {
+            coordinates,
+            certificate,
+        },
         effort,
         end_miss,
         largest_violation,

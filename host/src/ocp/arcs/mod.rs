@@ -83,6 +83,7 @@ pub fn bang_bang(
             solver: Settings {
                 tolerance: SOLVER_TOLERANCE,
                 max_iterations,
+                least_barrier: 0.0,
             },
         };
         let mesh = Mesh::uniform(1, POINTS);

@@ -178,6 +178,7 @@ fn the_check_sees_wrong_signs_and_bounds() {
     let settings = Settings {
         tolerance: 1e-11,
         max_iterations: 100,
+        least_barrier: 0.0,
     };
     let near = Answer::of(
         &Arc::new(named("triple-integrator").expect("one of the ten").problem),

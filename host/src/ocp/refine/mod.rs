@@ -8,7 +8,7 @@ mod estimate;
 mod next;
 
 use super::answer::Answer;
-use super::{Guess, Mesh, OptimalControlProblem};
+use super::{Guess, Mesh, OptimalControlProblem, Solution};
 use crate::nlp::{NlpSolver, Settings, Status};
 use estimate::errors;
 use next::{Reason, next};
@@ -68,6 +68,49 @@ pub enum RefineEnd {
     Unsolved(Status),
 }
 
+/// What is known of a solution on its mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judgement {
+    /// Largest relative error of the dynamics.
+    pub error: f64,
+    /// Relative change of the objective since the mesh before.
+    pub change: Option<f64>,
+    /// The mesh to solve on next; `None` where the tolerance is met.
+    pub finer: Option<Mesh>,
+}
+
+/// Judges a solution by its estimate and by the objective on the mesh before.
+#[must_use]
+pub fn judge(
+    problem: &OptimalControlProblem,
+    solution: &Solution,
+    objective: f64,
+    before: Option<f64>,
+    tolerance: f64,
+) -> Judgement {
+    let errors = errors(problem, solution);
+    let error = errors
+        .iter()
+        .fold(0.0_f64, |m, error| m.max(error.dynamics));
+    let change = before.map(|before| {
+        let size = objective.abs().max(before.abs());
+        (objective - before).abs() / size.max(f64::MIN_POSITIVE)
+    });
+    let reason = if error > tolerance {
+        Some(Reason::Dynamics)
+    } else if change.is_none_or(|change| change > tolerance) {
+        Some(Reason::Objective)
+    } else {
+        None
+    };
+    let finer = reason.and_then(|reason| next(&solution.mesh, &errors, tolerance, reason));
+    Judgement {
+        error,
+        change,
+        finer,
+    }
+}
+
 /// What a refinement came to.
 #[derive(Clone, Debug)]
 pub struct Refined {
@@ -105,14 +148,18 @@ pub fn refine(
             break RefineEnd::Unsolved(answer.status);
         }
         let mesh = &answer.solution.mesh;
-        let errors = errors(problem, &answer.solution);
-        let error = errors
-            .iter()
-            .fold(0.0_f64, |m, error| m.max(error.dynamics));
-        let change = log.last().map(|last| {
-            let size = answer.objective.abs().max(last.objective.abs());
-            (answer.objective - last.objective).abs() / size.max(f64::MIN_POSITIVE)
-        });
+        let before = log.last().map(|last| last.objective);
+        let Judgement {
+            error,
+            change,
+            finer,
+        } = judge(
+            problem,
+            &answer.solution,
+            answer.objective,
+            before,
+            settings.tolerance,
+        );
         let record = MeshRecord {
             intervals: mesh.intervals().len(),
             points: mesh.points(),
@@ -125,14 +172,7 @@ pub fn refine(
         if watch(&answer, &record).is_break() {
             break RefineEnd::Stopped;
         }
-        let reason = if error > settings.tolerance {
-            Reason::Dynamics
-        } else if change.is_none_or(|change| change > settings.tolerance) {
-            Reason::Objective
-        } else {
-            break RefineEnd::Met;
-        };
-        let Some(finer) = next(mesh, &errors, settings.tolerance, reason) else {
+        let Some(finer) = finer else {
             break RefineEnd::Met;
         };
         let (intervals, points) = (finer.intervals().len(), finer.points());

@@ -224,6 +224,7 @@ impl NlpProblem for CollocationNlp {
         {
             *slot = value / scale;
         }
+        t.sample_values(x, &self.values.values, &mut values[t.sample_rows()..]);
     }
 
     fn jacobian(&mut self, x: &[f64], entries: &mut [f64]) {
@@ -287,6 +288,7 @@ impl NlpProblem for CollocationNlp {
                 *slot = entry * t.endpoint_scale(variable) / t.scaling.ends[row - 1];
             }
         }
+        t.samples_jacobian(&self.derivatives.entries, slots);
     }
 
     fn hessian(
@@ -306,6 +308,7 @@ impl NlpProblem for CollocationNlp {
         let stage_entries = problem.stage.structure().hessian.len();
         let jacobian = &problem.stage.structure().jacobian;
         let per_point = stage_entries + self.timed.len();
+        let between = t.sample_weights(&multipliers[t.sample_rows()..]);
 
         let (at_points, at_end) = entries.split_at_mut(t.points.len() * per_point);
         let mut work: Vec<&mut [f64]> = at_points.chunks_exact_mut(per_point).collect();
@@ -333,7 +336,9 @@ impl NlpProblem for CollocationNlp {
                 if row < sizes.states || row == cost {
                     *weight *= duration;
                 } else {
-                    *weight = rows[row] / t.scaling.path[row - sizes.states];
+                    let path = row - sizes.states;
+                    *weight =
+                        (rows[row] + between[point * sizes.path + path]) / t.scaling.path[path];
                 }
             }
             let mut z = vec![0.0; t.stage_width()];
@@ -348,7 +353,8 @@ impl NlpProblem for CollocationNlp {
         if !t.end_path.is_empty() {
             let mut weights = vec![0.0; sizes.stage_values()];
             for (&path, multiplier) in t.end_path.iter().zip(&multipliers[t.end_rows()..]) {
-                weights[sizes.states + path] = multiplier / t.scaling.path[path];
+                let between = between[t.points.len() * sizes.path + path];
+                weights[sizes.states + path] = (multiplier + between) / t.scaling.path[path];
             }
             let mut z = vec![0.0; t.stage_width()];
             t.stage_variables(x, t.points.len(), &mut z);

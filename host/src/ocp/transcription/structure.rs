@@ -83,6 +83,7 @@ impl Transcription {
                 entries.push((ends + value - 1, self.endpoint_variable(variable)));
             }
         }
+        self.samples_structure(&mut entries);
         (entries, offsets)
     }
 
