@@ -1,10 +1,11 @@
 //! Adaptive refinement of the mesh: solve, estimate, divide or add points, solve again from the last answer.
 //!
-//! The estimate looks at the dynamics only, and is blind where they are polynomials that the points integrate exactly
-//! whatever the control does. So a mesh is accepted when the dynamics are met to the tolerance and the objective has moved by no
-//! more than the tolerance since the mesh before; until then the controls are resolved better.
+//! The estimate says how well the dynamics hold, not how far the objective is from its optimum. So a mesh is accepted when the
+//! dynamics are met to the tolerance and the objective has moved by no more than the tolerance since the mesh before; until
+//! then the controls are resolved better.
 
 mod estimate;
+mod join;
 mod next;
 
 use super::answer::Answer;
@@ -103,7 +104,7 @@ pub fn judge(
     } else {
         None
     };
-    let finer = reason.and_then(|reason| next(&solution.mesh, &errors, tolerance, reason));
+    let finer = reason.and_then(|reason| next(solution, &errors, tolerance, reason));
     Judgement {
         error,
         change,

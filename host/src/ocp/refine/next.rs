@@ -1,12 +1,15 @@
 //! The next mesh: more points where the solution is smooth, shorter intervals where it is not.
 
 use super::estimate::IntervalError;
-use crate::ocp::{Interval, Mesh};
+use super::join::joined;
+use crate::ocp::{Interval, Mesh, Solution};
 
-/// Points of an interval that was divided.
+/// Points of the parts of an interval that was divided, where the solution is not smooth and where it is.
 const FEWEST_POINTS: usize = 4;
-/// Most points of an interval: more gain nothing before f64 ends.
-const MOST_POINTS: usize = 20;
+const SMOOTH_POINTS: usize = 10;
+/// Most points of an interval. Numbers of points are even, so that there are eight different ones: the board prepares a basis
+/// for each, and no more than that.
+const MOST_POINTS: usize = 18;
 /// Legendre coefficients that fall more slowly than this, in decades per degree, belong to something that is not smooth.
 const SMOOTH: f64 = 0.3;
 /// Most parts that an interval is divided into at once.
@@ -23,9 +26,9 @@ pub(super) enum Reason {
     Objective,
 }
 
-/// The mesh after `mesh`, or `None` if nothing is left to refine.
+/// The mesh after that of `solution`, or `None` if nothing is left to refine.
 pub(super) fn next(
-    mesh: &Mesh,
+    solution: &Solution,
     errors: &[IntervalError],
     tolerance: f64,
     reason: Reason,
@@ -33,7 +36,10 @@ pub(super) fn next(
     let worst_control = errors.iter().fold(0.0_f64, |m, error| m.max(error.control));
     let mut changed = false;
     let mut intervals = Vec::with_capacity(2 * errors.len());
-    for (interval, error) in mesh.intervals().iter().zip(errors) {
+    let mut first = 0;
+    let mut all = solution.mesh.intervals().iter().zip(errors).enumerate();
+    while let Some((index, (interval, error))) = all.next() {
+        let points = interval.points;
         // How many times too large the error is, and how fast it falls per point.
         let (excess, decay) = match reason {
             Reason::Dynamics => (error.dynamics / tolerance, error.decay),
@@ -44,12 +50,18 @@ pub(super) fn next(
             }
             Reason::Objective => (0.0, 0.0),
         };
-        if excess <= 1.0 {
+        if excess > 1.0 {
+            changed = true;
+            intervals.extend(refined(*interval, excess, decay));
+        } else if reason == Reason::Dynamics
+            && let Some(whole) = joined(solution, errors, (index, first), tolerance)
+        {
+            intervals.push(whole);
+            first += all.next().map_or(0, |(_, (skipped, _))| skipped.points);
+        } else {
             intervals.push(*interval);
-            continue;
         }
-        changed = true;
-        intervals.extend(refined(*interval, excess, decay));
+        first += points;
     }
     changed.then(|| Mesh::new(intervals))
 }
@@ -59,7 +71,7 @@ fn refined(interval: Interval, excess: f64, decay: f64) -> Vec<Interval> {
         let more = (excess.log10() / decay)
             .ceil()
             .clamp(1.0, MOST_POINTS as f64) as usize;
-        let points = interval.points + more;
+        let points = (interval.points + more).next_multiple_of(2);
         if points <= MOST_POINTS {
             return vec![Interval { points, ..interval }];
         }
@@ -69,7 +81,7 @@ fn refined(interval: Interval, excess: f64, decay: f64) -> Vec<Interval> {
     let part = Interval {
         fraction: interval.fraction / parts as f64,
         points: if decay >= SMOOTH {
-            interval.points.min(MOST_POINTS / 2)
+            SMOOTH_POINTS
         } else {
             FEWEST_POINTS
         },
