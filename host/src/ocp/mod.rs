@@ -21,4 +21,4 @@ pub use problem::{Bounds, Differentiable, OptimalControlProblem, Quantity, Sizes
 pub use sample::{Limited, Sample};
 pub use scaling::Scaling;
 pub use solution::Solution;
-pub use transcription::{CollocationNlp, RowMeaning, Transcription, VariableMeaning};
+pub use transcription::{CollocationNlp, Hamiltonian, RowMeaning, Transcription, VariableMeaning};

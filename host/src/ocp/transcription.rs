@@ -24,7 +24,9 @@ use std::sync::Arc;
 mod nlp;
 mod samples;
 mod structure;
+mod transfer;
 pub use nlp::CollocationNlp;
+pub use transfer::Hamiltonian;
 
 /// A problem on a mesh.
 #[derive(Debug)]
@@ -143,6 +145,20 @@ impl Transcription {
         });
         self.samples = rows.collect();
         self
+    }
+
+    /// The mesh.
+    #[must_use]
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The same problem, scaling and samples on another mesh of as many intervals.
+    #[must_use]
+    pub fn on_mesh(&self, mesh: Mesh) -> Self {
+        let samples: Vec<Sample> = self.samples.iter().map(|row| row.sample).collect();
+        Self::with_scaling(Arc::clone(&self.problem), mesh, self.scaling.clone())
+            .with_samples(&samples)
     }
 
     /// The scaling in use.
