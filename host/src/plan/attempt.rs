@@ -28,6 +28,10 @@ const BARRIER: f64 = 0.9;
 /// Peaks that come this close to their limit (share of it) are held too: the next solution may press them further.
 const NEAR: f64 = 0.1;
 
+/// Path functions that stay farther away than this (share of the limit) all along are left out of the next program: most of
+/// its rows are theirs. If they come near again, they are back in the one after it.
+const FAR: f64 = 0.5;
+
 /// Rounds after which the peaks are taken as they are.
 const ROUNDS: usize = 10;
 
@@ -84,10 +88,10 @@ impl<'a> Attempt<'a> {
         let started = Instant::now();
         let mesh = Mesh::uniform(self.file.mesh.intervals, self.file.mesh.points);
         let scaling = Scaling::automatic(&self.problem, guess);
-        let program = |samples: &[Sample]| {
+        let program = |path: Vec<usize>, samples: &[Sample]| {
             let problem = Arc::clone(&self.problem);
             let whole = Transcription::with_scaling(problem, mesh.clone(), scaling.clone());
-            Arc::new(whole.with_samples(samples))
+            Arc::new(whole.with_path(path).with_samples(samples))
         };
         let everywhere = self.file.solver.limits == LimitsAt::Everywhere;
         let mut samples = if everywhere {
@@ -95,7 +99,7 @@ impl<'a> Attempt<'a> {
         } else {
             Vec::new()
         };
-        let mut transcription = program(&samples);
+        let mut transcription = program((0..self.problem.sizes.path).collect(), &samples);
         let mut start = Start {
             x: transcription.unknowns(guess),
             warm: None,
@@ -117,11 +121,13 @@ impl<'a> Attempt<'a> {
             let outcome = self.run(&transcription, start, &settings, effort)?;
             let solution = transcription.solution(&outcome.x);
             let courses = Courses::new(&self.problem, &solution);
-            let peaks = if everywhere {
-                courses.peaks(-NEAR)
+            let mut peaks = if everywhere {
+                courses.peaks(-FAR)
             } else {
                 Vec::new()
             };
+            let path = self.near_path(&peaks);
+            peaks.retain(|peak| peak.excess > -NEAR);
             let highest = peaks
                 .iter()
                 .fold(f64::NEG_INFINITY, |m, peak| m.max(peak.excess));
@@ -133,17 +139,9 @@ impl<'a> Attempt<'a> {
                 });
             }
             renew(&mut samples, &courses, &peaks);
-            transcription = program(&samples);
-            let Outcome {
-                x, mut multipliers, ..
-            } = outcome;
-            multipliers
-                .constraints
-                .resize(transcription.constraints(), 0.0);
-            start = Start {
-                x,
-                warm: Some(multipliers),
-            };
+            let next = program(path, &samples);
+            start = next.start_from(&transcription, &outcome);
+            transcription = next;
         }
         unreachable!("the last round returns")
     }
@@ -210,6 +208,14 @@ impl<'a> Attempt<'a> {
             LimitsAt::Nodes => 0.0,
             LimitsAt::Everywhere => self.file.solver.tolerance * BARRIER,
         }
+    }
+
+    /// The path functions that peaks are near to.
+    fn near_path(&self, peaks: &[Peak]) -> Vec<usize> {
+        let near = |row: usize| peaks.iter().any(|peak| peak.limited == Limited::Path(row));
+        (0..self.problem.sizes.path)
+            .filter(|&row| near(row))
+            .collect()
     }
 
     /// Where controls are limited from the start: at the end of every interval, where LGR has none, and between the

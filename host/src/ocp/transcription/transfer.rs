@@ -26,13 +26,15 @@ impl Transcription {
         at.half_share * self.rules[at.interval].weights[at.index]
     }
 
-    /// Start of this program from the answer of one of the same problem, scaling and samples on another mesh.
+    /// Start of this program from the answer of one of the same problem and scaling, whose samples are the first of this
+    /// one's.
     #[must_use]
     pub fn start_from(&self, other: &Self, outcome: &Outcome) -> Start {
         let shares: Vec<f64> = (0..other.points.len())
             .map(|point| other.share(point))
             .collect();
-        let (rows, width) = (self.rows_per_point(), self.stage_width());
+        let states = self.problem.sizes.states;
+        let width = self.stage_width();
         let old = &outcome.multipliers;
         let mut new = Multipliers {
             constraints: vec![0.0; self.constraints()],
@@ -42,12 +44,18 @@ impl Transcription {
         for point in 0..self.points.len() {
             for (near, part) in neighbours(&shares, self.share(point)) {
                 let factor = part * self.weight(point) / other.weight(near);
+                let (to, from) = (point * self.rows_per_point(), near * other.rows_per_point());
                 add(
-                    &mut new.constraints[point * rows..],
-                    &old.constraints[near * rows..],
-                    rows,
+                    &mut new.constraints[to..],
+                    &old.constraints[from..],
+                    states,
                     factor,
                 );
+                for (row, &path) in (to + states..).zip(&self.point_path) {
+                    if let Some(own) = other.point_row(states + path) {
+                        new.constraints[row] += factor * old.constraints[from + own];
+                    }
+                }
                 let (to, from) = (self.node(point), other.node(near));
                 add(&mut new.lower[to..], &old.lower[from..], width, factor);
                 add(&mut new.upper[to..], &old.upper[from..], width, factor);
@@ -57,7 +65,15 @@ impl Transcription {
         let (to, from) = (self.node(self.points.len()), other.node(other.points.len()));
         add(&mut new.lower[to..], &old.lower[from..], usize::MAX, 1.0);
         add(&mut new.upper[to..], &old.upper[from..], usize::MAX, 1.0);
-        let (to, from) = (self.end_rows(), other.end_rows());
+        for &path in &self.end_path {
+            let rows = [self, other].map(|program| program.end_path_row(states + path));
+            if let [Some(to), Some(from)] = rows {
+                new.constraints[to] = old.constraints[from];
+            }
+        }
+        let (to, from) = [self, other]
+            .map(|t| t.end_rows() + t.end_path.len())
+            .into();
         add(
             &mut new.constraints[to..],
             &old.constraints[from..],
@@ -65,7 +81,11 @@ impl Transcription {
             1.0,
         );
         Start {
-            x: self.unknowns(&Guess::from_solution(other.solution(&outcome.x))),
+            x: if self.mesh == other.mesh {
+                outcome.x.clone()
+            } else {
+                self.unknowns(&Guess::from_solution(other.solution(&outcome.x)))
+            },
             warm: Some(new),
         }
     }
