@@ -115,9 +115,6 @@ fn effort(effort: &Effort, total: Duration) -> Value {
 
 fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
     let mut object = effort(&plan.effort, total);
-    let violation = plan.largest_violation.as_ref().map(|v| {
-        json!({"limit": v.limit, "time_s": v.time_s, "value": v.value, "bound": v.bound, "relative": v.relative()})
-    });
     let by_state: Map<String, Value> = (plan.end_miss.states.iter())
         .map(|miss| {
             (
@@ -127,7 +124,28 @@ fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
         })
         .collect();
     object["duration_s"] = json!(plan.solution.duration_s);
-    object["largest_violation"] = json!(violation);
+    object["largest_violation"] = json!(
+        plan.section
+            .certificate
+            .tightest()
+            .map(|proof| proof.relative())
+    );
+    object["finer_mesh"] = json!(plan.finer.map(|finer| {
+        json!({"points": finer.points, "duration_s": finer.duration_s, "relative_change": plan.change_to_finer()})
+    }));
+    let h = &plan.hamiltonian;
+    object["hamiltonian"] =
+        json!({"mean": h.mean, "rms_deviation": h.spread, "largest_deviation": h.largest});
+    object["played"] = match &plan.played {
+        Ok(played) => json!({
+            "coordinate": played.coordinate,
+            "miss": played.miss,
+            "residual": played.residual,
+            "residual_is_strain": played.strain,
+            "limited_ticks": played.limited_ticks,
+        }),
+        Err(error) => json!({"error": error.to_string()}),
+    };
     object["end_miss"] = json!(plan.end_miss.largest());
     object["end_miss_relative"] = json!(plan.end_miss.worst().map(|miss| miss.relative()));
     object["end_miss_by_state"] = Value::Object(by_state);
@@ -153,7 +171,11 @@ pub(super) fn failed(failure: &(dyn std::error::Error + 'static), total: Duratio
             object["saturated"] = json!(saturated);
             object
         }
-        Some(PlanError::Missed { effort: spent, .. } | PlanError::Check { effort: spent, .. }) => {
+        Some(
+            PlanError::Missed { effort: spent, .. }
+            | PlanError::Check { effort: spent, .. }
+            | PlanError::NotCertified { effort: spent, .. },
+        ) => {
             let mut object = effort(spent, total);
             object["status"] = json!("inaccurate");
             object
@@ -195,21 +217,13 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
             worst.name
         );
     }
-    if let Some(v) = &plan.largest_violation {
-        let relation = if v.relative() > 0.0 {
-            "exceeds"
-        } else {
-            "stays inside"
-        };
-        text += &format!(
-            "  between the points {} {relation} its limit by {:.2} % at {:.3} ms ({:.6} against {:.6})\n",
-            v.limit,
-            v.relative().abs() * 100.0,
-            v.time_s * 1e3,
-            v.value,
-            v.bound
-        );
+    for line in [
+        plan.section.certificate.verdict(),
+        plan.finer_in_words(),
+        plan.hamiltonian_in_words(),
+        plan.played_in_words(),
+    ] {
+        text += &format!("  {line}\n");
     }
-    text += &format!("  {}\n", plan.section.certificate.verdict());
     text
 }

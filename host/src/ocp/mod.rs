@@ -29,4 +29,4 @@ pub use refine::{Judgement, MeshRecord, RefineEnd, RefineSettings, Refined, judg
 pub use sample::{Limited, Sample};
 pub use scaling::Scaling;
 pub use solution::Solution;
-pub use transcription::{CollocationNlp, RowMeaning, Transcription, VariableMeaning};
+pub use transcription::{CollocationNlp, Hamiltonian, RowMeaning, Transcription, VariableMeaning};

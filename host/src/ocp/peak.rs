@@ -68,19 +68,25 @@ impl<'a> Courses<'a> {
         let z: Vec<f64> = states.iter().chain(&controls).copied().collect();
         self.problem.stage.values(&z, &mut values);
         let (of_states, of_controls) = self.solution.bases(place);
+        let through = |basis: &[f64], row: usize| -> f64 {
+            let nodes = basis.iter().zip(place.first_point..);
+            nodes
+                .map(|(l, node)| l * self.path[node * sizes.path + row])
+                .sum()
+        };
         let through_nodes = (0..sizes.path).map(|row| {
             let basis = if self.on_points[row] {
                 &of_controls
             } else {
                 &of_states
             };
-            let nodes = basis.iter().zip(place.first_point..);
-            nodes
-                .map(|(l, node)| l * self.path[node * sizes.path + row])
-                .sum()
+            through(basis, row)
         });
         At {
             path_through_nodes: through_nodes.collect(),
+            slopes: (0..sizes.path)
+                .map(|row| through(&of_controls, row))
+                .collect(),
             path: values[sizes.states..sizes.states + sizes.path].to_vec(),
             states,
             controls,
@@ -161,6 +167,7 @@ struct At {
     states: Vec<f64>,
     controls: Vec<f64>,
     path_through_nodes: Vec<f64>,
+    slopes: Vec<f64>,
     path: Vec<f64>,
 }
 
@@ -169,6 +176,7 @@ impl At {
         match limited {
             Limited::State(i) => bounds.excess(self.states[i]),
             Limited::Control(i) => bounds.excess(self.controls[i]),
+            Limited::Slope(i) => bounds.excess(self.slopes[i]),
             Limited::Path(i) => bounds
                 .excess(self.path[i])
                 .max(bounds.excess(self.path_through_nodes[i])),

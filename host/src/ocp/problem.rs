@@ -175,6 +175,8 @@ pub struct OptimalControlProblem {
     pub controls: Vec<Quantity>,
     /// Path function, with bounds.
     pub path: Vec<Quantity>,
+    /// Path functions that are rates of something played as a polynomial of its own, whose slope their bounds hold too.
+    pub rates: Vec<usize>,
     /// End function, with bounds.
     pub ends: Vec<Quantity>,
     /// Bounds of x(0).
@@ -204,6 +206,7 @@ impl OptimalControlProblem {
         let all = (0..states).map(Limited::State);
         let all = all.chain((0..controls).map(Limited::Control));
         let all = all.chain((0..path).map(Limited::Path));
+        let all = all.chain(self.rates.iter().copied().map(Limited::Slope));
         all.filter(|&limited| self.bounds_of(limited).size().is_finite())
     }
 
@@ -218,7 +221,7 @@ impl OptimalControlProblem {
         match limited {
             Limited::State(i) => &self.states[i],
             Limited::Control(i) => &self.controls[i],
-            Limited::Path(i) => &self.path[i],
+            Limited::Path(i) | Limited::Slope(i) => &self.path[i],
         }
     }
 

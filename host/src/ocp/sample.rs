@@ -22,6 +22,9 @@ pub enum Limited {
     Control(usize),
     /// The polynomial through a path function's values at the nodes.
     Path(usize),
+    /// The slope of what a path function is the rate of: the polynomial through its values at the N points alone, which like
+    /// a control's has no point at the end.
+    Slope(usize),
 }
 
 /// A limit at a place between the points.

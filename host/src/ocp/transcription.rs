@@ -24,7 +24,9 @@ use std::sync::Arc;
 mod nlp;
 mod samples;
 mod structure;
+mod transfer;
 pub use nlp::CollocationNlp;
+pub use transfer::Hamiltonian;
 
 /// A problem on a mesh.
 #[derive(Debug)]
@@ -34,7 +36,9 @@ pub struct Transcription {
     pub(super) rules: Vec<Rule>,
     pub(super) scaling: Scaling,
     pub(super) points: Vec<Point>,
-    /// Path rows that can be imposed at the end, where there is no control.
+    /// Path functions imposed at the points.
+    pub(super) point_path: Vec<usize>,
+    /// Those of them that can be imposed at the end, where there is no control.
     pub(super) end_path: Vec<usize>,
     pub(super) samples: Vec<SampleRow>,
 }
@@ -110,19 +114,30 @@ impl Transcription {
                 half_share: spec.fraction / 2.0,
             }));
         }
-        let sizes = problem.sizes;
-        let end_path = (0..sizes.path)
-            .filter(|&row| !problem.path_needs_control(row))
-            .collect();
+        let all: Vec<usize> = (0..problem.sizes.path).collect();
         Self {
             problem,
             mesh,
             rules,
             scaling,
             points,
-            end_path,
+            point_path: Vec::new(),
+            end_path: Vec::new(),
             samples: Vec::new(),
         }
+        .with_path(all)
+    }
+
+    /// The same with these path functions alone imposed at the points, in ascending order: the others are not limited there.
+    #[must_use]
+    pub fn with_path(mut self, rows: Vec<usize>) -> Self {
+        let at_end = rows
+            .iter()
+            .copied()
+            .filter(|&row| !self.problem.path_needs_control(row));
+        self.end_path = at_end.collect();
+        self.point_path = rows;
+        self
     }
 
     /// The same with limits at places between the points, in place of any it had.
@@ -135,14 +150,29 @@ impl Transcription {
         let rows = samples.iter().map(|sample| {
             let on_points = match sample.limited {
                 Limited::State(_) => false,
-                Limited::Control(_) => true,
-                Limited::Path(row) => !self.end_path.contains(&row),
+                Limited::Control(_) | Limited::Slope(_) => true,
+                Limited::Path(row) => self.problem.path_needs_control(row),
             };
             let rule = &self.rules[sample.interval];
             SampleRow::new(*sample, firsts[sample.interval], rule, on_points)
         });
         self.samples = rows.collect();
         self
+    }
+
+    /// The mesh.
+    #[must_use]
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The same problem, scaling, path functions and samples on another mesh of as many intervals.
+    #[must_use]
+    pub fn on_mesh(&self, mesh: Mesh) -> Self {
+        let samples: Vec<Sample> = self.samples.iter().map(|row| row.sample).collect();
+        Self::with_scaling(Arc::clone(&self.problem), mesh, self.scaling.clone())
+            .with_path(self.point_path.clone())
+            .with_samples(&samples)
     }
 
     /// The scaling in use.
@@ -171,7 +201,16 @@ impl Transcription {
     }
 
     pub(super) fn rows_per_point(&self) -> usize {
-        self.problem.sizes.states + self.problem.sizes.path
+        self.problem.sizes.states + self.point_path.len()
+    }
+
+    /// Row, among those of a point, of a stage value: of f, or of a path function imposed at the points.
+    pub(super) fn point_row(&self, value: usize) -> Option<usize> {
+        let states = self.problem.sizes.states;
+        match value.checked_sub(states) {
+            None => Some(value),
+            Some(path) => Some(states + self.point_path.binary_search(&path).ok()?),
+        }
     }
 
     pub(super) fn end_rows(&self) -> usize {
@@ -194,7 +233,7 @@ impl Transcription {
         let scale = match limited {
             Limited::State(i) => self.scaling.states[i],
             Limited::Control(i) => self.scaling.controls[i],
-            Limited::Path(i) => self.scaling.path[i],
+            Limited::Path(i) | Limited::Slope(i) => self.scaling.path[i],
         };
         (scale, &self.problem.quantity(limited).name)
     }
@@ -334,7 +373,7 @@ impl Transcription {
                         bounds: Bounds::fixed(0.0),
                     }),
             );
-            rows.extend((0..problem.sizes.path).map(|row| path(row, share)));
+            rows.extend(self.point_path.iter().map(|&row| path(row, share)));
         }
         rows.extend(self.end_path.iter().map(|&row| path(row, 1.0)));
         rows.extend(

@@ -3,26 +3,30 @@
 mod attempt;
 mod check;
 mod diagnosis;
+mod figures;
 mod guess;
+mod played;
 mod problem;
 mod trajectory;
 
-use attempt::{Attempt, Solved, imposed};
-pub use check::{EndMiss, LargestViolation, StateMiss, end_miss, largest_violation};
+pub use check::{EndMiss, StateMiss, end_miss};
 pub use diagnosis::{Diagnosis, Saturation, Violation};
+pub use figures::Finer;
 pub use guess::{quintic_guess, rigid_duration_s};
+pub use played::{Played, PlayedError};
 pub use problem::move_problem;
 pub use trajectory::{ConversionError, trajectory};
 
-use crate::certify::{CertifyError, Coordinates, certify};
-use crate::movefile::MoveFile;
+use crate::certify::{Certificate, CertifyError, Coordinates, certify};
+use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{Iteration, NlpSolver, Status};
-use crate::ocp::Solution;
+use crate::ocp::{Guess, Hamiltonian, Solution};
 use crate::simulate::ode::OdeError;
 use crate::sptfile::Section;
+use attempt::{Attempt, Solved};
+use played::played;
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 use stillpoint_shared::Trajectory;
 
@@ -35,6 +39,10 @@ const ITERATIONS_PER_GUESS: usize = 150;
 
 /// Guessed duration, s, when the straight line between the poses gives no estimate.
 const GUESS_WITHOUT_ESTIMATE_S: f64 = 0.25;
+
+/// Shares of the limits by which they are drawn in so that they hold everywhere: the next one if what is shipped cannot be
+/// certified with one.
+const MARGINS: [f64; 3] = [2e-4, 1e-3, 5e-3];
 
 /// Share of its range by which a coordinate may miss its end before the user is warned, and before the plan is refused.
 const DOUBTFUL_MISS: f64 = 0.01;
@@ -53,8 +61,12 @@ pub struct Plan {
     pub effort: Effort,
     /// Where the machine ends when the dynamics are integrated under the planned control.
     pub end_miss: EndMiss,
-    /// The limit exceeded most between the points.
-    pub largest_violation: Option<LargestViolation>,
+    /// The duration on a finer mesh, if the solver ended there.
+    pub finer: Option<Finer>,
+    /// The Hamiltonian, from the multipliers.
+    pub hamiltonian: Hamiltonian,
+    /// What the executor made of the shipped trajectory.
+    pub played: Result<Played, PlayedError>,
 }
 
 impl Plan {
@@ -128,6 +140,17 @@ pub enum PlanError {
         /// What was spent.
         effort: Box<Effort>,
     },
+    /// The limits could not be made to hold between the points.
+    #[error(
+        "the plan does not hold: {tightest}. Try a finer mesh ([mesh] intervals, points), or plan with limits at the points only \
+         (`--limits nodes`), which a board refuses"
+    )]
+    NotCertified {
+        /// The limit that is exceeded most, in words.
+        tightest: String,
+        /// What was spent.
+        effort: Box<Effort>,
+    },
     /// The answer does not fit the board.
     #[error(transparent)]
     Conversion(#[from] ConversionError),
@@ -149,9 +172,8 @@ pub fn plan(
     progress: Progress,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
-    let problem = Arc::new(imposed(move_problem(file), file.solver.limits));
-    let estimate_s = rigid_duration_s(file).unwrap_or(GUESS_WITHOUT_ESTIMATE_S);
     let progress = Rc::new(RefCell::new(progress));
+    let attempt = Attempt::new(file, solver, &progress, MARGINS[0]);
     let mut effort = Effort {
         solver: solver.name(),
         status: Status::Invalid,
@@ -163,12 +185,29 @@ pub fn plan(
         solve: Duration::ZERO,
         check: Duration::ZERO,
     };
-    let attempt = Attempt {
-        file,
-        problem: &problem,
-        solver,
-        progress: &progress,
-    };
+    let mut solved = from_first_guesses(file, &attempt, &mut effort)?;
+    let mut shipped = Shipped::of(file, &solved.solution)?;
+    for margin in &MARGINS[1..] {
+        if shipped.is_as_wanted(file) {
+            break;
+        }
+        let attempt = Attempt::new(file, solver, &progress, *margin);
+        let guess = Guess::from_solution(solved.solution);
+        let left = file.solver.max_iterations.saturating_sub(effort.iterations);
+        let again = attempt.solve(&guess, left, &mut effort);
+        solved = again.map_err(|diagnosis| PlanError::unsolved(diagnosis, &effort))?;
+        shipped = Shipped::of(file, &solved.solution)?;
+    }
+    checked(file, &attempt, solved, shipped, effort)
+}
+
+/// Solves from one first guess after the other.
+fn from_first_guesses(
+    file: &MoveFile,
+    attempt: &Attempt<'_>,
+    effort: &mut Effort,
+) -> Result<Solved, PlanError> {
+    let estimate_s = rigid_duration_s(file).unwrap_or(GUESS_WITHOUT_ESTIMATE_S);
     let mut failure = None;
     for (index, slowness) in GUESS_SLOWNESS.into_iter().enumerate() {
         let left = file.solver.max_iterations - effort.iterations;
@@ -179,8 +218,8 @@ pub fn plan(
             left.min(ITERATIONS_PER_GUESS)
         };
         let guess = quintic_guess(file, estimate_s * slowness);
-        match attempt.solve(&guess, iterations, &mut effort) {
-            Ok(solved) => return checked(file, solved, effort),
+        match attempt.solve(&guess, iterations, effort) {
+            Ok(solved) => return Ok(solved),
             Err(diagnosis) => {
                 let stopped = diagnosis.status == Status::Stopped;
                 failure = Some(diagnosis);
@@ -190,22 +229,75 @@ pub fn plan(
             }
         }
     }
-    let Some(mut diagnosis) = failure else {
+    let Some(diagnosis) = failure else {
         unreachable!("there is at least one first guess");
     };
-    diagnosis.iterations = effort.iterations;
-    Err(PlanError::Unsolved(diagnosis, Box::new(effort)))
+    Err(PlanError::unsolved(diagnosis, effort))
 }
 
-/// Checks a solution and makes the trajectory of it.
+impl PlanError {
+    fn unsolved(mut diagnosis: Box<Diagnosis>, effort: &Effort) -> Self {
+        diagnosis.iterations = effort.iterations;
+        Self::Unsolved(diagnosis, Box::new(effort.clone()))
+    }
+}
+
+/// What is written into the file.
+struct Shipped {
+    trajectory: Trajectory,
+    coordinates: Coordinates,
+    certificate: Certificate,
+}
+
+impl Shipped {
+    fn of(file: &MoveFile, solution: &Solution) -> Result<Self, PlanError> {
+        let plant = file.machine.plant();
+        let trajectory = trajectory(plant, &file.limits, solution, 1)?;
+        let coordinates = Coordinates::of(solution, plant.axis_count());
+        let certificate = certify(&trajectory, &coordinates, &file.limits, plant)?;
+        Ok(Self {
+            trajectory,
+            coordinates,
+            certificate,
+        })
+    }
+
+    fn is_as_wanted(&self, file: &MoveFile) -> bool {
+        file.solver.limits == LimitsAt::Nodes || self.certificate.is_certified()
+    }
+}
+
+/// Checks an answer and what is shipped of it.
 fn checked(
     file: &MoveFile,
-    Solved { solution, .. }: Solved,
+    attempt: &Attempt<'_>,
+    solved: Solved,
+    shipped: Shipped,
     mut effort: Effort,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
-    let problem = move_problem(file);
-    let end_miss = match end_miss(&problem, &solution) {
+    if let Some(tightest) = shipped.certificate.tightest()
+        && !shipped.is_as_wanted(file)
+    {
+        return Err(PlanError::NotCertified {
+            tightest: tightest.to_string(),
+            effort: Box::new(effort),
+        });
+    }
+    // The solver works on one core most of the time.
+    let (miss, played, finer) = std::thread::scope(|scope| {
+        let checks = scope.spawn(|| {
+            let miss = end_miss(&move_problem(file), &solved.solution);
+            (miss, played(file, &shipped.trajectory))
+        });
+        let finer = attempt.finer(&solved);
+        let (miss, played) = checks
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        (miss, played, finer)
+    });
+    effort.check = started.elapsed();
+    let end_miss = match miss {
         Ok(miss) => miss,
         Err(source) => {
             let effort = Box::new(effort);
@@ -223,21 +315,17 @@ fn checked(
             effort: Box::new(effort),
         });
     }
-    let largest_violation = largest_violation(&problem, &solution);
-    let plant = file.machine.plant();
-    let trajectory = trajectory(plant, &file.limits, &solution, 1)?;
-    let coordinates = Coordinates::of(&solution, plant.axis_count());
-    let certificate = certify(&trajectory, &coordinates, &file.limits, plant)?;
-    effort.check = started.elapsed();
     Ok(Plan {
-        solution,
-        trajectory,
+        hamiltonian: solved.transcription.hamiltonian(&solved.outcome),
+        solution: solved.solution,
+        trajectory: shipped.trajectory,
         section: Section {
-            coordinates,
-            certificate,
+            coordinates: shipped.coordinates,
+            certificate: shipped.certificate,
         },
         effort,
         end_miss,
-        largest_violation,
+        finer,
+        played,
     })
 }

@@ -56,6 +56,8 @@ fn build<M: Machine>(
     let limits = &file.limits;
     let ratio = Machine::reducer_ratio(machine);
     let (rows, path) = path_rows(machine, limits, ratio);
+    let joint_rate = |row: &PathRow| matches!(row, PathRow::JointRate(_));
+    let rates = (0..rows.len()).filter(|&i| joint_rate(&rows[i])).collect();
     let sizes = Sizes {
         states: M::AXES + 2 * M::COORDINATES,
         controls: M::AXES,
@@ -83,6 +85,7 @@ fn build<M: Machine>(
             })
             .collect(),
         path,
+        rates,
         ends: Vec::new(),
         initial: at_rest(&file.from),
         terminal: at_rest(&file.to),

@@ -18,7 +18,7 @@ impl Transcription {
                         + self.scaling.shift[i] / self.scaling.states[i]
                 }
                 Limited::Control(i) => sum(&|node| x[self.node(node) + sizes.states + i]),
-                Limited::Path(i) => {
+                Limited::Path(i) | Limited::Slope(i) => {
                     let width = sizes.stage_values();
                     sum(&|node| stage[node * width + sizes.states + i]) / self.scaling.path[i]
                 }
@@ -36,7 +36,7 @@ impl Transcription {
                 match row.sample.limited {
                     Limited::State(i) => entries.push((own, base + i)),
                     Limited::Control(i) => entries.push((own, base + states + i)),
-                    Limited::Path(i) => {
+                    Limited::Path(i) | Limited::Slope(i) => {
                         let columns = self.path_entries(i).map(|(_, column)| (own, base + column));
                         entries.extend(columns);
                     }
@@ -59,7 +59,7 @@ impl Transcription {
         };
         for row in &self.samples {
             for (l, node) in row.basis.iter().zip(row.first..) {
-                let Limited::Path(i) = row.sample.limited else {
+                let (Limited::Path(i) | Limited::Slope(i)) = row.sample.limited else {
                     put(*l);
                     continue;
                 };
@@ -76,7 +76,7 @@ impl Transcription {
         let path = self.problem.sizes.path;
         let mut weights = vec![0.0; (self.points.len() + 1) * path];
         for (row, multiplier) in self.samples.iter().zip(multipliers) {
-            if let Limited::Path(i) = row.sample.limited {
+            if let Limited::Path(i) | Limited::Slope(i) = row.sample.limited {
                 for (l, node) in row.basis.iter().zip(row.first..) {
                     weights[node * path + i] += l * multiplier;
                 }
