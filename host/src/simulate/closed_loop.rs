@@ -122,30 +122,27 @@ impl<'a> ClosedLoop<'a> {
         }
     }
 
-    /// Feeds set-points that a board has sent into the simulated drives, tick by tick: those of `before` the move to bring
-    /// the drives to its start, those of `during` it, and the last of these until the watch ends. `trajectory` says
-    /// when the move ends. One frame per tick of the move and after it.
+    /// Feeds set-points that a board has sent into the simulated drives, tick by tick: those of the move, and the last of
+    /// them until the watch ends. `trajectory` says when the move ends. One frame per tick, as [`ClosedLoop::play`].
     ///
     /// # Errors
     /// [`ClosedLoopError`], as far as it concerns the drives and the machine.
     pub fn feed<const N: usize>(
         &self,
         trajectory: &Trajectory,
-        before: &[[Setpoint; N]],
-        during: &[[Setpoint; N]],
+        sent: &[[Setpoint; N]],
     ) -> Result<Recording, ClosedLoopError> {
         self.drives.validate()?;
         let rest = self.plant.rest(self.from);
         let mut drives = SimulatedDrives::<N>::new(self.plant, self.limits, self.drives, &rest)?;
         let tick_s = time::seconds(self.executor.period_ticks);
-        for setpoints in before {
-            let Ok(_) = drives.exchange(setpoints);
-            drives
-                .advance(tick_s)
-                .ok_or(ClosedLoopError::Undefined { time_s: 0.0 })?;
-        }
-        let mut sent = during.iter();
-        let mut setpoints = [Setpoint::default(); N];
+        let mut setpoints = sent.first().copied().unwrap_or([Setpoint::default(); N]);
+        // As with the executor, the first set-point switches the drives on one tick before the move.
+        let Ok(_) = drives.exchange(&setpoints);
+        drives
+            .advance(tick_s)
+            .ok_or(ClosedLoopError::Undefined { time_s: 0.0 })?;
+        let mut sent = sent.iter();
         self.record(&mut drives, trajectory, |drives, _| {
             setpoints = sent.next().copied().unwrap_or(setpoints);
             let Ok(_) = drives.exchange(&setpoints);

@@ -114,11 +114,11 @@ pub fn play_on_board(
         comms_timeout_ticks: 0,
         dry_run: false,
     })?;
-    let (before, sent) = until_done(&session, &mut watch)?;
+    let sent = until_done(&session, &mut watch)?;
 
     let real = file.drive.real_machine(&file.machine);
     let closed_loop = ClosedLoop::new(real.plant(), &file.limits, &file.from, &file.drive);
-    let recording = closed_loop.feed(trajectory, &before, &sent);
+    let recording = closed_loop.feed(trajectory, &sent);
     let recording = recording.map_err(|source| StudyError::Play {
         name: name.to_owned(),
         source,
@@ -130,14 +130,12 @@ pub fn play_on_board(
     })
 }
 
-type Sent = Vec<[Setpoint; AXES]>;
-
-/// The set-points before the move, and those of the move and its end.
+/// The set-points of the move and its end.
 fn until_done(
     session: &Session<Qemu>,
     watch: &mut impl FnMut(Step<'_>),
-) -> Result<(Sent, Sent), BoardError> {
-    let (mut before, mut during) = (Vec::new(), Vec::new());
+) -> Result<Vec<[Setpoint; AXES]>, BoardError> {
+    let mut during = Vec::new();
     loop {
         let records = session.transport().records();
         let record = records.recv_timeout(PATIENCE);
@@ -147,11 +145,10 @@ fn until_done(
         let (state, sent) = (record.state, record.sent.map(|rows| rows.map(setpoint)));
         watch(Step::Move(&record));
         match (state, sent) {
-            (State::Armed, Some(sent)) => before.push(sent),
             (State::Running, Some(sent)) => during.push(sent),
             (State::Done, Some(sent)) => {
                 during.push(sent);
-                return Ok((before, during));
+                return Ok(during);
             }
             _ if during.is_empty() => {}
             (state, _) => {
