@@ -102,6 +102,7 @@ pub(super) fn problem(
             .collect(),
         path: vec![],
         ends: vec![],
+        rates: vec![],
         duration_s,
     }
 }

@@ -51,14 +51,14 @@ impl Costates {
 
 /// The Hamiltonian and its derivatives with respect to the controls at one moment.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Hamiltonian {
+pub struct HamiltonianAt {
     /// H = L + λ·f.
     pub value: f64,
     /// ∂H/∂u, the switching functions of a problem that is affine in its controls.
     pub by_control: Vec<f64>,
 }
 
-impl Hamiltonian {
+impl HamiltonianAt {
     /// At states x, controls u and costates λ.
     #[must_use]
     pub fn at(problem: &OptimalControlProblem, x: &[f64], u: &[f64], costates: &[f64]) -> Self {

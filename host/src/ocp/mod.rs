@@ -18,7 +18,7 @@ mod transcription;
 
 pub use answer::Answer;
 pub use arcs::{BangArc, BangBang, Optimality, Side, bang_bang};
-pub use costate::{Costates, Hamiltonian};
+pub use costate::{Costates, HamiltonianAt};
 pub use guess::{Guess, Point};
 pub use mechanical::{Mechanical, PathRow};
 pub use mesh::{Interval, Mesh};

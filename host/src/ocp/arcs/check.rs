@@ -1,7 +1,7 @@
 //! Is a structured answer an extremal? Pontryagin's conditions between the points, on the costates of the lifted problem.
 
 use super::detect::{BangArc, Side};
-use crate::ocp::{Answer, Hamiltonian, OptimalControlProblem};
+use crate::ocp::{Answer, HamiltonianAt, OptimalControlProblem};
 
 /// Samples per interval of an arc.
 const SAMPLES: usize = 20;
@@ -51,7 +51,7 @@ pub(super) fn check(
                 let x = &states[arc * n..][..n];
                 let own = &costates[arc * n..][..n];
                 let u = spec.controls(problem);
-                let here = Hamiltonian::at(problem, x, &u, own);
+                let here = HamiltonianAt::at(problem, x, &u, own);
                 let z: Vec<f64> = x.iter().chain(&u).copied().collect();
                 let mut stage = vec![0.0; sizes.stage_values()];
                 problem.stage.values(&z, &mut stage);

@@ -1,6 +1,6 @@
 //! Reads the arcs off a solution: where each control lies at which bound.
 
-use crate::ocp::{Answer, Hamiltonian, OptimalControlProblem};
+use crate::ocp::{Answer, HamiltonianAt, OptimalControlProblem};
 
 /// A bound of a control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +74,7 @@ pub(super) fn arcs(problem: &OptimalControlProblem, answer: &Answer) -> Option<V
                 .iter()
                 .copied()
                 .collect();
-            Hamiltonian::at(problem, &x, &u, &costates).by_control
+            HamiltonianAt::at(problem, &x, &u, &costates).by_control
         })
         .collect();
     let side = |value: f64| {

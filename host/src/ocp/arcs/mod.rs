@@ -194,6 +194,14 @@ fn lifted(
         states,
         controls: vec![],
         path,
+        rates: (0..count)
+            .flat_map(|arc| {
+                problem
+                    .rates
+                    .iter()
+                    .map(move |rate| arc * sizes.path + rate)
+            })
+            .collect(),
         ends,
         initial: [problem.initial.as_slice(), &free, &durations].concat(),
         terminal: [&free, problem.terminal.as_slice(), &durations].concat(),

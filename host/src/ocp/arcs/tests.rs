@@ -63,6 +63,7 @@ fn problem() -> Arc<OptimalControlProblem> {
         controls: vec![Quantity::new("u", Bounds::symmetric(1.0))],
         path: vec![free("p0"), free("p1")],
         ends: vec![free("e")],
+        rates: vec![],
         initial: vec![Bounds::FREE; 2],
         terminal: vec![Bounds::FREE; 2],
         duration_s: Bounds::new(0.1, 10.0),
