@@ -69,7 +69,7 @@ fn extremes_of_chebyshev_polynomials_are_found() {
             found.bound <= square * (1.0 + 1e-6),
             "N = {points}: {found:?}"
         );
-        assert!(found.local.abs() == 1.0, "N = {points}: {found:?}");
+        assert!(found.local.abs() > 1.0 - 1e-12, "N = {points}: {found:?}");
     }
 }
 
@@ -289,7 +289,7 @@ fn ripple(file: &MoveFile, size: f64, change: impl Fn(&mut Vec<f64>)) -> (Trajec
         .flat_map(|torque| [0.0, 0.0, torque])
         .collect();
     change(&mut rows);
-    builder.interval(2_000_000, 8, &rows).unwrap();
+    builder.interval(10_000_000, 8, &rows).unwrap();
     let coordinates = Coordinates {
         count: 2,
         values: vec![0.0; 2 * 9],
