@@ -22,14 +22,14 @@ const JUMP_TOLERANCE: f32 = 4.0 * f32::EPSILON;
 
 /// Checks a trajectory against the machine's limits and where it stands; `measured_rad` has one
 /// value per axis.
-pub fn check(
+pub fn check<const AXES: usize>(
     trajectory: &Trajectory,
     limits: &Limits,
-    measured_rad: &[f32],
+    measured_rad: &[f32; AXES],
     config: &AcceptConfig,
 ) -> Result<(), Rejection> {
     let axes = limits.axes().len();
-    if trajectory.axes() != axes || measured_rad.len() != axes {
+    if trajectory.axes() != axes || axes != AXES {
         return Err(Rejection::Axes {
             trajectory: trajectory.axes() as u8,
             machine: axes as u8,
@@ -59,7 +59,7 @@ pub fn check(
             basis = Basis::new(points).ok();
         }
         if let Some(basis) = &basis {
-            block.between(basis, limits.axes())?;
+            block.between::<AXES>(basis, limits.axes())?;
         }
     }
     Ok(())
@@ -142,8 +142,12 @@ impl Block<'_> {
         Ok(())
     }
 
-    fn between(&self, basis: &Basis, limits: &[AxisLimits]) -> Result<(), Rejection> {
-        match between::check(&self.interval, basis, limits) {
+    fn between<const AXES: usize>(
+        &self,
+        basis: &Basis,
+        limits: &[AxisLimits],
+    ) -> Result<(), Rejection> {
+        match between::check::<AXES>(&self.interval, basis, limits) {
             None => Ok(()),
             Some(Excess {
                 axis,

@@ -111,47 +111,36 @@ impl Basis {
         sum
     }
 
-    /// L_j(x) and L_j′(x) of all support points.
+    /// Gives `take` the index j, L_j(x) and L_j′(x) of every support point, from the last to the
+    /// first.
     ///
-    /// By the product rule along the same running products: P′ (x − x_i) + P. With `absolute`, every
-    /// difference and weight counts with its magnitude: then nothing cancels, and the results tell
-    /// how large rounding errors can be.
-    pub fn cardinals(&self, x: f32, absolute: bool) -> Cardinals {
-        let size = |value: f32| if absolute { value.abs() } else { value };
-        let mut cardinals = Cardinals {
-            values: [0.0; MAX_SUPPORT],
-            slopes: [0.0; MAX_SUPPORT],
-        };
-        let own = (cardinals.values.iter_mut()).zip(&mut cardinals.slopes);
+    /// By the product rule along the running products: P′ (x − x_i) + P. Every difference and weight
+    /// goes through `size`: with magnitudes nothing cancels, and the results tell how large rounding
+    /// errors can be.
+    #[inline]
+    pub fn cardinals(
+        &self,
+        x: f32,
+        size: impl Fn(f32) -> f32,
+        mut take: impl FnMut(usize, f32, f32),
+    ) {
+        let mut before = [(0.0, 0.0); MAX_SUPPORT];
         let (mut product, mut slope) = (1.0, 0.0);
-        for ((value, value_slope), node) in own.zip(self.nodes()) {
-            (*value, *value_slope) = (product, slope);
+        for (before, node) in before.iter_mut().zip(self.nodes()) {
+            *before = (product, slope);
             let difference = size(x - node);
             slope = slope * difference + product;
             product *= difference;
         }
-        let own = (cardinals.values.iter_mut()).zip(&mut cardinals.slopes);
         let (mut product, mut slope) = (1.0, 0.0);
-        let support = self.nodes().iter().zip(&self.weights);
-        // The arrays are longer than the basis: backwards, from its last point.
-        for ((value, value_slope), (node, weight)) in own.take(self.points + 1).zip(support).rev() {
+        let support = self.nodes().iter().zip(&self.weights).zip(&before);
+        for (j, ((node, weight), before)) in support.enumerate().rev() {
             let weight = size(*weight);
-            *value_slope = (*value_slope * product + *value * slope) * weight;
-            *value *= product * weight;
+            let own_slope = before.1 * product + before.0 * slope;
+            take(j, before.0 * product * weight, own_slope * weight);
             let difference = size(x - node);
             slope = slope * difference + product;
             product *= difference;
         }
-        cardinals
     }
-}
-
-/// The Lagrange polynomials of a [`Basis`] and their derivatives at one place; zero beyond its
-/// points.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cardinals {
-    /// L_j(x).
-    pub values: [f32; MAX_SUPPORT],
-    /// L_j′(x).
-    pub slopes: [f32; MAX_SUPPORT],
 }
