@@ -174,18 +174,14 @@ impl<const AXES: usize> Block<'_, AXES> {
                     *sum += factor * (value - first);
                 }
             };
-        self.basis.cardinals(
-            x,
-            |difference| difference,
-            |j, value, slope| {
-                if let Some([positions, speeds, torques]) = self.rows.get(j) {
-                    add_differences(&mut at.position_slope, slope, positions, first_positions);
-                    add(&mut at.speed_rad_per_s, value, speeds);
-                    add(&mut at.torque_nm, value, torques);
-                    add_differences(&mut at.torque_slope, slope, torques, first_torques);
-                }
-            },
-        );
+        self.basis.cardinals(x, |j, value, slope| {
+            if let Some([positions, speeds, torques]) = self.rows.get(j) {
+                add_differences(&mut at.position_slope, slope, positions, first_positions);
+                add(&mut at.speed_rad_per_s, value, speeds);
+                add(&mut at.torque_nm, value, torques);
+                add_differences(&mut at.torque_slope, slope, torques, first_torques);
+            }
+        });
         at
     }
 
@@ -198,11 +194,11 @@ impl<const AXES: usize> Block<'_, AXES> {
         };
         let first = self.rows.first().and_then(value).unwrap_or_default();
         let roundings = (4 * self.basis.points() + 12) as f32;
+        let sizes = self.basis.slope_sizes(x);
         let mut sum = 0.0;
-        self.basis.cardinals(x, f32::abs, |j, _, slope| {
-            let value = self.rows.get(j).and_then(value).unwrap_or_default();
-            sum += slope * (roundings * (value - first).abs() + value.abs());
-        });
+        for (size, value) in sizes.iter().zip(self.rows.iter().filter_map(value)) {
+            sum += size * (roundings * (value - first).abs() + value.abs());
+        }
         sum * HALF_ULP * self.per_second
     }
 }

@@ -114,11 +114,26 @@ impl Basis {
     /// Gives `take` the index j, L_j(x) and L_j′(x) of every support point, from the last to the
     /// first.
     ///
-    /// By the product rule along the running products: P′ (x − x_i) + P. Every difference and weight
-    /// goes through `size`: with magnitudes nothing cancels, and the results tell how large rounding
-    /// errors can be.
+    /// By the product rule along the running products: P′ (x − x_i) + P.
     #[inline]
-    pub fn cardinals(
+    pub fn cardinals(&self, x: f32, take: impl FnMut(usize, f32, f32)) {
+        self.cardinals_with(x, |value| value, take);
+    }
+
+    /// The slopes of [`Basis::cardinals`] with the magnitude of every difference and weight: nothing
+    /// cancels, so that they tell how large rounding errors can be. Zero beyond the basis.
+    pub fn slope_sizes(&self, x: f32) -> [f32; MAX_SUPPORT] {
+        let mut sizes = [0.0; MAX_SUPPORT];
+        self.cardinals_with(x, f32::abs, |j, _, slope| {
+            if let Some(size) = sizes.get_mut(j) {
+                *size = slope;
+            }
+        });
+        sizes
+    }
+
+    #[inline]
+    fn cardinals_with(
         &self,
         x: f32,
         size: impl Fn(f32) -> f32,
