@@ -106,6 +106,8 @@ struct At<const AXES: usize> {
 }
 
 impl<const AXES: usize> Block<'_, AXES> {
+    // Once in the image.
+    #[inline(never)]
     fn excess(&self, x: f32, limits: &[AxisLimits]) -> Option<Excess> {
         let at = self.at(x);
         let values = at.speed_rad_per_s.iter().zip(&at.torque_nm);

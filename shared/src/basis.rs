@@ -122,6 +122,8 @@ impl Basis {
 
     /// The slopes of [`Basis::cardinals`] with the magnitude of every difference and weight: nothing
     /// cancels, so that they tell how large rounding errors can be. Zero beyond the basis.
+    // Rarely needed: small rather than fast.
+    #[inline(never)]
     pub fn slope_sizes(&self, x: f32) -> [f32; MAX_SUPPORT] {
         let mut sizes = [0.0; MAX_SUPPORT];
         self.cardinals_with(x, f32::abs, |j, _, slope| {
