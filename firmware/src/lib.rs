@@ -14,6 +14,7 @@
 
 pub mod accept;
 pub mod bench;
+mod between;
 mod buffers;
 pub mod cia402;
 mod comms;

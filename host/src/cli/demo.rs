@@ -124,6 +124,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         file: &file,
         trajectory: &plan.trajectory,
         plan: Some(&plan),
+        certificate: Some(&plan.section.certificate),
         rows,
         drawn: &drawn,
         remarks: Vec::new(),
