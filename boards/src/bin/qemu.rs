@@ -89,10 +89,7 @@ mod app {
         record.recover();
         machine.executor.record_into(record, info.build_id);
         let link = cx.local.link.write(Link::new(info));
-        let store = cx
-            .local
-            .store
-            .write(Store::mount(flash, ram_flash::LAYOUT));
+        let store = cx.local.store.write(Store::mount(flash, ram_flash::LAYOUT));
         if let Err(refusal) = link.restore(machine, store) {
             defmt::info!("not configured: {}", refusal);
         }
