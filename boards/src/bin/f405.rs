@@ -57,7 +57,7 @@ mod app {
     use stillpoint_firmware::safety_io::SafetyIo;
     use stillpoint_firmware::stand_in::StandIn;
     use stillpoint_firmware::store::Store;
-    use stillpoint_firmware::{State, TickInputs};
+    use stillpoint_firmware::{State, TickInputs, board_tick};
     use stillpoint_shared::DriveConfig;
     use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
 
@@ -190,7 +190,7 @@ mod app {
         machine.lock(|place| match place {
             Some(machine) => {
                 drives.hand_back(&mut inputs);
-                let state = machine.tick(drives, &inputs).state;
+                let state = board_tick::tick(machine, drives, &inputs).state;
                 *wanted = state.is_energised() && !machine.executor.is_dry_run();
                 if *last == State::Fault && state != State::Fault {
                     drives.drives_mut().request_fault_reset();

@@ -1,5 +1,6 @@
 //! The drives on the two CAN buses, if they are configured.
 
+use stillpoint_firmware::drive::NoAnswer;
 use stillpoint_firmware::{Cia402Group, DriveGroup, Feedback, Setpoint};
 use stillpoint_shared::DriveConfig;
 use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
@@ -14,10 +15,6 @@ pub type Buses = (Bus<CAN1>, Bus<CAN2>);
 /// Drives, or none.
 #[derive(Debug)]
 pub struct CanDrives(Option<Cia402Group<AXES, Buses>>);
-
-/// No drives are configured, or their bus fails.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct NoDrives;
 
 impl CanDrives {
     /// The drives of a configuration.
@@ -44,18 +41,18 @@ impl CanDrives {
 }
 
 impl DriveGroup<AXES> for CanDrives {
-    type Error = NoDrives;
+    type Error = NoAnswer;
 
     #[inline]
-    fn exchange(&mut self, setpoints: &[Setpoint; AXES]) -> Result<[Feedback; AXES], NoDrives> {
-        let group = self.0.as_mut().ok_or(NoDrives)?;
-        group.exchange(setpoints).map_err(|_| NoDrives)
+    fn exchange(&mut self, setpoints: &[Setpoint; AXES]) -> Result<[Feedback; AXES], NoAnswer> {
+        let group = self.0.as_mut().ok_or(NoAnswer)?;
+        group.exchange(setpoints).map_err(|_| NoAnswer)
     }
 
     #[inline]
-    fn observe(&mut self) -> Result<[Feedback; AXES], NoDrives> {
-        let group = self.0.as_mut().ok_or(NoDrives)?;
-        group.observe().map_err(|_| NoDrives)
+    fn observe(&mut self) -> Result<[Feedback; AXES], NoAnswer> {
+        let group = self.0.as_mut().ok_or(NoAnswer)?;
+        group.observe().map_err(|_| NoAnswer)
     }
 
     #[inline]
