@@ -12,7 +12,7 @@
 //! time and trajectory.
 
 use serde::{Deserialize, Serialize};
-use stillpoint_shared::hash;
+use stillpoint_shared::{encode, hash};
 use stillpoint_shared::status::{Fault, FaultCause, LimitFlags, State};
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
 
@@ -75,7 +75,7 @@ impl RecordHead {
     #[inline(never)]
     fn encode(&self, bytes: &mut [u8; HEAD_BYTES]) {
         // It fits: this cannot fail.
-        let _ = postcard::to_slice(self, bytes);
+        let _ = encode::to_slice(self, bytes);
     }
 
     #[inline(never)]
