@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::assembly::Outline;
 use crate::basis::MAX_POINTS;
-use crate::{Limits, MAX_AXES, hash, wire};
+use crate::{Limits, MAX_AXES, encode, hash, wire};
 
 pub use crate::error::TrajectoryError;
 
@@ -197,14 +197,14 @@ impl Trajectory {
 
     /// Hands the bytes of [`Trajectory::encode`] to `sink` piece by piece, for a board that has no
     /// buffer for all of them. Returns false when the sink has returned false.
-    pub fn encode_into(&self, mut sink: impl FnMut(&[u8]) -> bool) -> bool {
-        wire::encode_into(self, &mut sink)
+    pub fn encode_into(&self, sink: &mut dyn FnMut(&[u8]) -> bool) -> bool {
+        wire::encode_into(self, sink)
     }
 
     /// Number of bytes of [`Trajectory::encode`].
     pub fn encoded_bytes(&self) -> usize {
         let mut bytes = 0;
-        self.encode_into(|piece| {
+        self.encode_into(&mut |piece| {
             bytes += piece.len();
             true
         });

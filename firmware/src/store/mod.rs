@@ -11,7 +11,7 @@ mod record;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use stillpoint_shared::config::Config;
-use stillpoint_shared::protocol::{MAX_STORED, StoreError, StoredMove};
+use stillpoint_shared::protocol::{StoreError, StoredMove};
 use stillpoint_shared::trajectory::{FORMAT_VERSION, Header};
 use stillpoint_shared::{DriveConfig, Limits, Trajectory, drive_config, encode};
 
@@ -48,8 +48,8 @@ pub struct Layout {
 #[derive(Debug, Clone)]
 pub struct Store<F> {
     flash: F,
-    moves: Log<MAX_STORED>,
-    config: Log<4>,
+    moves: Log,
+    config: Log,
 }
 
 impl Source for Trajectory {

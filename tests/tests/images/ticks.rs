@@ -23,7 +23,9 @@ fn instructions(counts: u16) -> f64 {
 fn budget() {
     let file = MoveFile::parse(PAPER_MOVE, "paper.toml").unwrap();
     let limits = board_limits(&file.limits, file.machine.plant()).unwrap();
-    let trajectory = plan(&file, &Pounce, Box::new(|_, _| true)).unwrap().trajectory;
+    let trajectory = plan(&file, &Pounce, Box::new(|_, _| true))
+        .unwrap()
+        .trajectory;
     let header = trajectory.header();
     let start = StartRequest {
         trajectory_hash: header.content_hash,
@@ -58,27 +60,58 @@ fn budget() {
             (30, Request::Override { percent: 100 }),
         ] {
             session.wait(Duration::from_millis(wait_ms)).unwrap();
-            println!("{request:?} {:?}", session.order(&request).map_err(|e| e.to_string()));
+            println!(
+                "{request:?} {:?}",
+                session.order(&request).map_err(|e| e.to_string())
+            );
         }
         while session.status().unwrap().state != State::Done {}
         let mut ticks: Vec<TickRecord> = Vec::new();
-        while let Ok(record) = session.transport().records().recv_timeout(Duration::from_millis(300)) {
+        while let Ok(record) = session
+            .transport()
+            .records()
+            .recv_timeout(Duration::from_millis(300))
+        {
             if let Record::Tick(tick) = record {
-                if tick.state == State::Done { break; }
+                if tick.state == State::Done {
+                    break;
+                }
                 ticks.push(tick);
             }
         }
         for state in [State::Armed, State::Running, State::Holding, State::Held] {
-            let mut whole: Vec<f64> = ticks.iter().filter(|t| t.state == state).map(|t| instructions(t.whole_counts)).collect();
-            let mut reach: Vec<f64> = ticks.iter().filter(|t| t.state == state).map(|t| instructions(t.to_setpoint_counts)).collect();
+            let mut whole: Vec<f64> = ticks
+                .iter()
+                .filter(|t| t.state == state)
+                .map(|t| instructions(t.whole_counts))
+                .collect();
+            let mut reach: Vec<f64> = ticks
+                .iter()
+                .filter(|t| t.state == state)
+                .map(|t| instructions(t.to_setpoint_counts))
+                .collect();
             whole.sort_by(f64::total_cmp);
             reach.sort_by(f64::total_cmp);
-            if whole.is_empty() { continue; }
+            if whole.is_empty() {
+                continue;
+            }
             let n = whole.len();
-            println!("telemetry {every_ticks} {state:?}: n {n} least {:.0} median {:.0} p90 {:.0} most {:.0}; to set-point {:.0} {:.0} {:.0}", whole[0], whole[n/2], whole[n*9/10], whole[n-1], reach[0], reach[n/2], reach[n-1]);
+            println!(
+                "telemetry {every_ticks} {state:?}: n {n} least {:.0} median {:.0} p90 {:.0} most {:.0}; to set-point {:.0} {:.0} {:.0}",
+                whole[0],
+                whole[n / 2],
+                whole[n * 9 / 10],
+                whole[n - 1],
+                reach[0],
+                reach[n / 2],
+                reach[n - 1]
+            );
         }
         session.order(&Request::Disarm).unwrap();
-        session.transport_mut().turn_to(&trajectory.coefficients()[..3]).unwrap();
+        session
+            .transport_mut()
+            .turn_to(&trajectory.coefficients()[..3])
+            .unwrap();
         session.wait(Duration::from_millis(50)).unwrap();
     }
 }
