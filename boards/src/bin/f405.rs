@@ -58,7 +58,7 @@ mod app {
     use stillpoint_firmware::stand_in::StandIn;
     use stillpoint_firmware::store::Store;
     use stillpoint_firmware::{State, TickInputs, board_tick};
-    use stillpoint_shared::DriveConfig;
+    use stillpoint_shared::hash;
     use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
 
     use super::board::can_drives::CanDrives;
@@ -83,7 +83,8 @@ mod app {
         receiver: Receiver,
         bytes: Producer<'static, u8>,
         server: Server<Sectors>,
-        drive_config: Option<DriveConfig>,
+        /// Of the drive configuration in force.
+        drives_hash: u64,
     }
 
     #[init(local = [
@@ -156,7 +157,7 @@ mod app {
                     received,
                     transmitter,
                 },
-                drive_config,
+                drives_hash: hash::of(&drive_config),
             },
         )
     }
@@ -211,11 +212,11 @@ mod app {
         }
     }
 
-    #[idle(shared = [machine], local = [server, drive_config, diary: Diary = Diary::NEW])]
+    #[idle(shared = [machine], local = [server, drives_hash, diary: Diary = Diary::NEW])]
     fn idle(cx: idle::Context) -> ! {
         let idle::LocalResources {
             server,
-            drive_config,
+            drives_hash,
             diary,
             ..
         } = cx.local;
@@ -233,7 +234,7 @@ mod app {
                 // Other drives begin with a start, which is as good as at power-up: drives are
                 // configured only while they are off.
                 let is_off = machine.with(|m| !m.executor.state().is_energised());
-                if is_off && server.store.drives() != *drive_config {
+                if is_off && hash::of(&server.store.drives()) != *drives_hash {
                     SCB::sys_reset();
                 }
             }

@@ -1,11 +1,11 @@
 //! What each request does.
 
 use heapless::{String, Vec};
-use stillpoint_shared::Limits;
-use stillpoint_shared::drive_config::{Cycle, DriveConfig};
+use stillpoint_shared::drive_config::Cycle;
 use stillpoint_shared::protocol::{
     Capacities, Denial, Greeting, Identity, LinkCounters, Request, Response, Versions,
 };
+use stillpoint_shared::{AxisDrive, AxisLimits, BusConfig, DriveConfig, Limits};
 
 use super::machine::Access;
 use super::session::Outcome;
@@ -154,19 +154,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
                 }
             }
             Request::SetTelemetry(config) => self.machine.with(|m| m.tap.set(config)),
-            Request::SetLimits(ref axes) => {
-                let limits = Limits::new(axes).map_err(Denial::Limits)?;
-                let config = self.machine.with(|m| *m.executor.config());
-                let config = if config.period_ticks == 0 {
-                    info.config()
-                } else {
-                    config
-                };
-                self.machine.with(|m| m.may_configure(&limits, &config))?;
-                self.store.put_limits(&limits)?;
-                self.machine
-                    .with(|m| m.executor.configure(limits, config))?;
-            }
+            Request::SetLimits(ref axes) => self.set_limits(axes, info)?,
             Request::SetConfig(config) => {
                 let (given_ticks, board_ticks) = (config.period_ticks, info.period_ticks);
                 if given_ticks != board_ticks {
@@ -182,20 +170,55 @@ impl<M, F: Flash> Reach<'_, M, F> {
                 self.machine
                     .with(|m| m.executor.configure(limits, config))?;
             }
-            Request::SetDrives { bus, ref axes } => {
-                if axes.len() != AXES {
-                    let (given, board) = (axes.len() as u8, AXES as u8);
-                    return Err(Denial::DriveAxes { given, board });
-                }
-                let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
-                Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
-                self.allow(Command::Configure)?;
-                self.store.put_drives(&drives)?;
-            }
+            Request::SetDrives { bus, ref axes } => self.set_drives(bus, axes, info)?,
             // The others, which do not come here.
             _ => return Err(Denial::NotUnderstood { bytes: 0 }),
         }
         Ok(Outcome::Done)
+    }
+
+    // On its own, so that its limits are not on the stack while a trajectory is checked.
+    #[inline(never)]
+    fn set_limits<const AXES: usize>(
+        &mut self,
+        axes: &[AxisLimits],
+        info: &BoardInfo,
+    ) -> Result<(), Denial>
+    where
+        M: Access<AXES>,
+    {
+        let limits = Limits::new(axes).map_err(Denial::Limits)?;
+        let config = self.machine.with(|m| *m.executor.config());
+        let config = if config.period_ticks == 0 {
+            info.config()
+        } else {
+            config
+        };
+        self.machine.with(|m| m.may_configure(&limits, &config))?;
+        self.store.put_limits(&limits)?;
+        self.machine
+            .with(|m| m.executor.configure(limits, config))?;
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn set_drives<const AXES: usize>(
+        &mut self,
+        bus: BusConfig,
+        axes: &[AxisDrive],
+        info: &BoardInfo,
+    ) -> Result<(), Denial>
+    where
+        M: Access<AXES>,
+    {
+        if axes.len() != AXES {
+            let (given, board) = (axes.len() as u8, AXES as u8);
+            return Err(Denial::DriveAxes { given, board });
+        }
+        let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
+        Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
+        self.allow(Command::Configure)?;
+        Ok(self.store.put_drives(&drives)?)
     }
 }
 
