@@ -74,18 +74,24 @@ impl<M, F: Flash> Reach<'_, M, F> {
             Request::GetConfig => Response::Config(self.machine.with(|m| m.configuration())?.1),
             Request::GetDrives => Response::Drives(self.store.drives()),
             Request::GetFault => Response::Fault(self.machine.with(|m| m.fault_head())),
-            Request::GetFaultSamples { first } => {
-                let samples = self.machine.with(|m| m.fault_samples(first));
-                if samples.is_empty() {
-                    let head = self.machine.with(|m| m.fault_head());
-                    let samples = head.map_or(0, |head| head.samples);
-                    return Err(Denial::FaultSample { first, samples });
-                }
-                Response::FaultSamples(samples)
-            }
+            Request::GetFaultSamples { first } => self.fault_samples(first)?,
             // The orders, which do not come here.
             _ => return Err(Denial::NotUnderstood { bytes: 0 }),
         })
+    }
+
+    #[inline(never)]
+    fn fault_samples<const AXES: usize>(&mut self, first: u16) -> Result<Response, Denial>
+    where
+        M: Access<AXES>,
+    {
+        let samples = self.machine.with(|m| m.fault_samples(first));
+        if samples.is_empty() {
+            let head = self.machine.with(|m| m.fault_head());
+            let samples = head.map_or(0, |head| head.samples);
+            return Err(Denial::FaultSample { first, samples });
+        }
+        Ok(Response::FaultSamples(samples))
     }
 
     /// Whether the executor takes a command, as far as its state says.
