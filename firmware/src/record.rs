@@ -12,9 +12,9 @@
 //! time and trajectory.
 
 use serde::{Deserialize, Serialize};
-use stillpoint_shared::{encode, hash};
 use stillpoint_shared::status::{Fault, FaultCause, LimitFlags, State};
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
+use stillpoint_shared::{encode, hash};
 
 /// Samples at 1 kHz.
 pub const RECENT: usize = 64;

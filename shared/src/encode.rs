@@ -63,7 +63,11 @@ impl Error for Refused {
 impl Encoder<'_> {
     #[inline(never)]
     fn put(&mut self, bytes: &[u8]) -> Result<(), Refused> {
-        if (self.0)(bytes) { Ok(()) } else { Err(Refused) }
+        if (self.0)(bytes) {
+            Ok(())
+        } else {
+            Err(Refused)
+        }
     }
 
     /// Seven bits per byte, the lowest first; the highest bit says that more follow.

@@ -20,8 +20,8 @@ mod tap;
 
 use heapless::Deque;
 use stillpoint_shared::protocol::{
-    Denial, Envelope, FrameDecoder, Hello, LinkCounters, MAX_FRAME_BYTES, MAX_TELEMETRY_BYTES, Message,
-    Request, Response, TelemetryConfig, frame,
+    Denial, Envelope, FrameDecoder, Hello, LinkCounters, MAX_FRAME_BYTES, MAX_TELEMETRY_BYTES,
+    Message, Request, Response, TelemetryConfig, frame,
 };
 
 use crate::Refusal;

@@ -4,8 +4,8 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::fault::MAX_FAULT_SAMPLES;
-use super::hello::MAX_STORED;
 use super::frame::{self, Envelope, FrameError};
+use super::hello::MAX_STORED;
 use super::{Denial, FaultHead, FaultSample, Identity, Telemetry};
 use crate::assembly::Arrived;
 use crate::config::Config;
