@@ -144,6 +144,7 @@ impl<const AXES: usize> Executor<AXES> {
     /// go on. Where nothing moves the torque goes with the next tick.
     pub fn quick_stop(&mut self) {
         self.stop(FaultCause::QuickStop);
+        self.record_fault();
     }
 
     /// A quick stop for a reason.
@@ -161,6 +162,7 @@ impl<const AXES: usize> Executor<AXES> {
     /// Takes the torque away at the next tick and latches the fault, in any state.
     pub fn emergency_stop(&mut self) {
         self.fail(FaultCause::EmergencyStop);
+        self.record_fault();
     }
 
     /// Leaves `Fault`. What is loaded stays loaded, and the record stays.

@@ -60,6 +60,8 @@ pub struct Executor<const AXES: usize> {
     comms: CommsWatch,
     fault: Slot<Fault>,
     record: Option<&'static mut FaultRecord<AXES>>,
+    /// Samples are being added to the record.
+    recording: bool,
     /// Ticks until the next sample of the record.
     record_in_ticks: u16,
     record_every_ticks: u16,
@@ -116,6 +118,7 @@ impl<const AXES: usize> Executor<AXES> {
             monitor: Monitor::NEW,
             fault: Slot::empty(NO_FAULT),
             record: None,
+            recording: false,
             record_in_ticks: 0,
             record_every_ticks: 0,
             build_id: 0,

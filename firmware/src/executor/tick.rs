@@ -23,7 +23,6 @@ impl<const AXES: usize> Executor<AXES> {
     ) -> TickReport<'_, AXES> {
         self.tick = self.tick.wrapping_add(1);
         self.sent_path_ticks = self.path.ticks();
-        let was_energised = self.state.is_energised();
         if let Err(cause) = self.watch(inputs) {
             self.fail(cause);
         }
@@ -36,9 +35,7 @@ impl<const AXES: usize> Executor<AXES> {
             drives.safe();
             self.observe(drives);
         }
-        if was_energised {
-            self.record();
-        }
+        self.record();
         self.report()
     }
 
