@@ -1,6 +1,8 @@
 //! What the executor asks of the drives, whatever the bus: a group of N axes that is commanded and
 //! read together.
 
+pub use stillpoint_shared::status::DriveStatus;
+
 /// Command to one axis for the coming tick, at the joint.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -27,21 +29,6 @@ pub struct Feedback {
     pub status: DriveStatus,
 }
 
-/// State of one drive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum DriveStatus {
-    /// No torque; set-points are not followed (yet).
-    Disabled,
-    /// Follows its set-points.
-    Enabled,
-    /// Has stopped by itself.
-    Fault {
-        /// The drive's own code.
-        code: u16,
-    },
-}
-
 /// N drives on one bus.
 ///
 /// Once per tick the executor calls either `exchange`, followed by `safe` if it sees a fault, or
@@ -65,4 +52,8 @@ pub trait DriveGroup<const N: usize> {
     /// Takes the torque away, by whatever means are left. Called every tick while the drives are to
     /// be off.
     fn safe(&mut self);
+
+    /// Resets the faults that drives have latched; called once after each `clear`, between `safe`
+    /// and `observe`. Drives that latch none have nothing to do.
+    fn reset_faults(&mut self) {}
 }

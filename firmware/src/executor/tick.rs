@@ -33,8 +33,12 @@ impl<const AXES: usize> Executor<AXES> {
             }
         } else {
             drives.safe();
+            if self.reset_drives {
+                drives.reset_faults();
+            }
             self.observe(drives);
         }
+        self.reset_drives = false;
         self.record();
         self.report()
     }
@@ -46,11 +50,8 @@ impl<const AXES: usize> Executor<AXES> {
             return Err(FaultCause::EmergencyStop);
         }
         if self.state.is_under_way() {
-            self.monitor.check_loop(
-                &self.config.monitor,
-                inputs.busy_ticks,
-                inputs.missed_ticks,
-            )?;
+            self.monitor
+                .check_loop(&self.allowed, inputs.busy_ticks, inputs.missed_ticks)?;
         }
         self.watch_host();
         Ok(())
@@ -109,7 +110,7 @@ impl<const AXES: usize> Executor<AXES> {
             .ok_or(FaultCause::ExchangeFailed)?;
         let enabled = playing && !self.dry_run;
         self.monitor
-            .check(&self.config.monitor, &self.commanded, feedback, enabled)?;
+            .check(&self.allowed, &self.commanded, feedback, enabled)?;
         self.proceed()
     }
 

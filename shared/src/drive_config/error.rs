@@ -22,7 +22,7 @@ pub enum DriveConfigError {
         /// Time between two SYNC messages in µs.
         period_us: u16,
     },
-    /// The bit rate is none that CAN has.
+    /// The bit rate is none of [`BIT_RATES_KBIT_PER_S`](super::BIT_RATES_KBIT_PER_S).
     BitRate {
         /// Bit rate in kbit/s.
         bit_rate_kbit_per_s: u16,
@@ -127,7 +127,7 @@ impl fmt::Display for DriveConfigError {
                 bit_rate_kbit_per_s,
             } => write!(
                 f,
-                "bit_rate_kbit_per_s is {bit_rate_kbit_per_s}: give 10 to 1000, as the drives are set"
+                "bit_rate_kbit_per_s is {bit_rate_kbit_per_s}: give 1000, 500, 250 or 125, as the drives are set"
             ),
             Self::Heartbeat {
                 heartbeat_ms,

@@ -117,7 +117,10 @@ impl fmt::Display for Refusal {
                 )
             }
             Self::Rejected(rejection) => rejection.fmt(f),
-            Self::NoFeedback => write!(f, "the drives send no feedback: check the bus"),
+            Self::NoFeedback => write!(
+                f,
+                "the drives send no feedback: check the bus and the configuration of the drives"
+            ),
             Self::Feedback(cause) => cause.fmt(f),
             Self::NotEnabled { axis } => write!(
                 f,

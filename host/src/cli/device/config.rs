@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     /// Send settings of the executor: tolerances, monitors, ramps; names as shown, those left out stay
     #[arg(long, value_name = "SETTINGS.toml")]
     settings: Option<PathBuf>,
-    /// Send the drives' configuration, in the form in which it is shown; in force from the next start of the board on
+    /// Send the drives' configuration, in the form in which it is shown; a controller with other drives than before starts anew
     #[arg(long, value_name = "DRIVES.toml")]
     drives: Option<PathBuf>,
 }
