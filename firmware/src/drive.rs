@@ -29,6 +29,10 @@ pub struct Feedback {
     pub status: DriveStatus,
 }
 
+/// The drives do not answer: there are none, or their bus fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NoAnswer;
+
 /// N drives on one bus.
 ///
 /// Once per tick the executor calls either `exchange`, followed by `safe` if it sees a fault, or

@@ -3,9 +3,10 @@
 use nalgebra::SVector;
 use proptest::prelude::*;
 use stillpoint_firmware::bench::{
-    AXES, Action, ActionReader, BenchDrives, BusCut, DRIVE_FAULT, ENABLING_TICKS, MAX_ACTION_BYTES,
+    AXES, Action, ActionReader, BenchDrives, DRIVE_FAULT, ENABLING_TICKS, MAX_ACTION_BYTES,
     MAX_RECORD_BYTES, Record, TickRecord,
 };
+use stillpoint_firmware::drive::NoAnswer;
 use stillpoint_firmware::{DriveGroup, DriveStatus, Feedback, Setpoint, State};
 
 fn to(position_rad: f32) -> [Setpoint; AXES] {
@@ -88,8 +89,8 @@ fn each_trouble_is_that_of_its_axis() {
 fn a_cut_bus_fails_until_it_is_repaired() {
     let mut drives = enabled();
     drives.act(Action::CutBus);
-    assert_eq!(drives.exchange(&to(1.0)), Err(BusCut));
-    assert_eq!(drives.observe(), Err(BusCut));
+    assert_eq!(drives.exchange(&to(1.0)), Err(NoAnswer));
+    assert_eq!(drives.observe(), Err(NoAnswer));
     drives.act(Action::Repair);
     assert!(drives.exchange(&to(1.0)).is_ok());
 }

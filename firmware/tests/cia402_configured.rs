@@ -11,7 +11,8 @@ use cia402_sim::drive::Drive;
 use cia402_sim::wire::{Port, Wire};
 use cia402_sim::{START_COUNTS, TICK_US, axis_drive};
 use common::{AXES, FINE, START_RAD, limits, start, trajectory};
-use stillpoint_firmware::cia402::{ConfiguredDrives, GroupError, NoDrives, Unreached};
+use stillpoint_firmware::cia402::{ConfiguredDrives, GroupError, NoDrives};
+use stillpoint_firmware::drive::NoAnswer;
 use stillpoint_firmware::link::{BoardInfo, Link};
 use stillpoint_firmware::store::flash::RamFlash;
 use stillpoint_firmware::store::{Layout, Store};
@@ -163,9 +164,11 @@ fn the_monitor_allows_what_is_configured_and_what_the_bus_needs_on_top() {
 #[test]
 fn a_configuration_that_cannot_be_used_leaves_no_drives_and_says_why() {
     let mut board = Board::new(None);
-    let none = Err(Unreached::NoDrives(NoDrives::NotConfigured));
-    assert_eq!(board.drives.observe(), none);
-    assert_eq!(board.drives.exchange(&[Default::default(); AXES]), none);
+    let none = board.drives.group().map(|_| ());
+    assert_eq!(none, Err(NoDrives::NotConfigured));
+    assert_eq!(board.drives.observe(), Err(NoAnswer));
+    let told = [Default::default(); AXES];
+    assert_eq!(board.drives.exchange(&told), Err(NoAnswer));
     assert_eq!(board.drives.cycle(), None);
     board.drives.safe();
     board.drives.reset_faults();

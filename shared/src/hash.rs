@@ -39,3 +39,8 @@ impl Flavor for Hasher {
 pub fn of<T: Serialize + ?Sized>(value: &T) -> u64 {
     postcard::serialize_with_flavor(value, Hasher(CRC.digest())).unwrap_or_default()
 }
+
+/// CRC-64/XZ of bytes.
+pub fn of_bytes(bytes: &[u8]) -> u64 {
+    CRC.checksum(bytes)
+}

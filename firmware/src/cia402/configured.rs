@@ -6,7 +6,8 @@ use stillpoint_shared::DriveConfig;
 use stillpoint_shared::drive_config::Cycle;
 
 use super::bus::Buses;
-use super::group::{BusStuck, Cia402Group, GroupError};
+use super::group::{Cia402Group, GroupError};
+use crate::drive::NoAnswer;
 use crate::{DriveGroup, Feedback, Setpoint};
 
 /// The drives of a configuration, once for every start of the board; or none, and why.
@@ -46,16 +47,6 @@ impl fmt::Display for NoDrives {
 
 impl core::error::Error for NoDrives {}
 
-/// Why the drives are not reached.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Unreached {
-    /// There are none.
-    NoDrives(NoDrives),
-    /// Their bus fails.
-    Stuck(BusStuck),
-}
-
 impl<const N: usize, B: Buses> ConfiguredDrives<N, B> {
     /// The drives of `config` at a tick of `tick_ticks` time ticks; `start` switches the buses on
     /// at a bit rate in kbit/s, if they have it.
@@ -83,35 +74,33 @@ impl<const N: usize, B: Buses> ConfiguredDrives<N, B> {
         self.group().ok().map(Cia402Group::cycle)
     }
 
-    fn reach(&mut self) -> Result<&mut Cia402Group<N, B>, Unreached> {
-        let group = self.group.as_mut();
-        group.map_err(|reason| Unreached::NoDrives(*reason))
+    fn reach(&mut self) -> Result<&mut Cia402Group<N, B>, NoAnswer> {
+        self.group.as_mut().map_err(|_| NoAnswer)
     }
 }
 
 impl<const N: usize, B: Buses> DriveGroup<N> for ConfiguredDrives<N, B> {
-    type Error = Unreached;
+    type Error = NoAnswer;
 
     #[inline]
-    fn exchange(&mut self, setpoints: &[Setpoint; N]) -> Result<[Feedback; N], Unreached> {
-        let exchanged = self.reach()?.exchange(setpoints);
-        exchanged.map_err(Unreached::Stuck)
+    fn exchange(&mut self, setpoints: &[Setpoint; N]) -> Result<[Feedback; N], NoAnswer> {
+        self.reach()?.exchange(setpoints).map_err(|_| NoAnswer)
     }
 
     #[inline]
-    fn observe(&mut self) -> Result<[Feedback; N], Unreached> {
-        self.reach()?.observe().map_err(Unreached::Stuck)
+    fn observe(&mut self) -> Result<[Feedback; N], NoAnswer> {
+        self.reach()?.observe().map_err(|_| NoAnswer)
     }
 
     #[inline]
     fn safe(&mut self) {
-        if let Ok(group) = &mut self.group {
+        if let Ok(group) = self.reach() {
             group.safe();
         }
     }
 
     fn reset_faults(&mut self) {
-        if let Ok(group) = &mut self.group {
+        if let Ok(group) = self.reach() {
             group.reset_faults();
         }
     }

@@ -89,7 +89,7 @@ mod units;
 
 pub use abort::AbortCode;
 pub use bus::{Buses, Received, Sent};
-pub use configured::{ConfiguredDrives, NoDrives, Unreached};
+pub use configured::{ConfiguredDrives, NoDrives};
 pub use frame::CanFrame;
 pub use group::{BusStuck, Cia402Group, GroupError, MOST_RECEIVED};
 pub use nmt::NmtState;

@@ -16,7 +16,7 @@ impl<const AXES: usize> Executor<AXES> {
     ///
     /// Bounded: one evaluation, and loops over the axes; division only while the path speed
     /// changes.
-    pub fn tick<D: DriveGroup<AXES>>(
+    pub fn tick<D: DriveGroup<AXES> + ?Sized>(
         &mut self,
         drives: &mut D,
         inputs: &TickInputs,
@@ -78,7 +78,7 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    fn drive<D: DriveGroup<AXES>>(&mut self, drives: &mut D) -> Result<(), FaultCause> {
+    fn drive<D: DriveGroup<AXES> + ?Sized>(&mut self, drives: &mut D) -> Result<(), FaultCause> {
         let playing = self.state != State::Armed;
         let wanted = if playing {
             self.along_path()
@@ -230,7 +230,7 @@ impl<const AXES: usize> Executor<AXES> {
         Some(wanted)
     }
 
-    fn observe<D: DriveGroup<AXES>>(&mut self, drives: &mut D) {
+    fn observe<D: DriveGroup<AXES> + ?Sized>(&mut self, drives: &mut D) {
         self.limited = [LimitFlags::NONE; AXES];
         let Some(feedback) = self.feedback.keep(drives.observe()) else {
             return;

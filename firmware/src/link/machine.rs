@@ -67,7 +67,7 @@ impl<const AXES: usize> Machine<AXES> {
 
     /// One tick of the drive loop.
     #[inline]
-    pub fn tick<D: DriveGroup<AXES>>(
+    pub fn tick<D: DriveGroup<AXES> + ?Sized>(
         &mut self,
         drives: &mut D,
         inputs: &TickInputs,

@@ -59,7 +59,10 @@ impl Image {
     pub fn of(board: &str) -> Self {
         let path = Self::path(board);
         let bytes = fs::read(&path).unwrap_or_else(|error| {
-            panic!("{}: {error}; build it with: cargo image-{board}", path.display())
+            panic!(
+                "{}: {error}; build it with: cargo image-{board}",
+                path.display()
+            )
         });
         Self::parse(&bytes)
     }
@@ -112,11 +115,16 @@ impl Image {
     pub fn panics(&self) -> Vec<String> {
         let marker = self.sections.get(".panic");
         let marker = marker.filter(|section| section.bytes != 0);
-        let names = self
-            .names
-            .iter()
-            .filter(|name| ["panicking", "begin_unwind", "unwrap_failed"].iter().any(|panic| name.contains(panic)));
-        marker.map(|_| "section .panic".to_owned()).into_iter().chain(names.cloned()).collect()
+        let names = self.names.iter().filter(|name| {
+            ["panicking", "begin_unwind", "unwrap_failed"]
+                .iter()
+                .any(|panic| name.contains(panic))
+        });
+        marker
+            .map(|_| "section .panic".to_owned())
+            .into_iter()
+            .chain(names.cloned())
+            .collect()
     }
 
     /// How deep the stack gets at most from the exception handler (or `Reset`) of this name, without what an exception
@@ -140,7 +148,10 @@ fn functions(elf: &ElfFile32<'_>) -> BTreeMap<u32, Function> {
         .collect();
     data.sort_unstable();
     let mut functions = BTreeMap::new();
-    for symbol in elf.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text) {
+    for symbol in elf
+        .symbols()
+        .filter(|symbol| symbol.kind() == SymbolKind::Text)
+    {
         // Bit 0 marks Thumb code.
         let address = symbol.address() as u32 & !1;
         let begin = address.wrapping_sub(start) as usize;

@@ -53,12 +53,12 @@ mod app {
 
     use cortex_m::peripheral::{DWT, SCB};
     use heapless::spsc::{Producer, Queue};
-    use stillpoint_firmware::TickInputs;
     use stillpoint_firmware::cia402::ConfiguredDrives;
     use stillpoint_firmware::link::{Access, BoardInfo, Link, Machine};
     use stillpoint_firmware::safety_io::SafetyIo;
     use stillpoint_firmware::stand_in::StandIn;
     use stillpoint_firmware::store::Store;
+    use stillpoint_firmware::{TickInputs, board_tick};
     use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
     use stm32f4::stm32f405::{CAN1, CAN2};
 
@@ -192,7 +192,7 @@ mod app {
         machine.lock(|place| match place {
             Some(machine) => {
                 drives.hand_back(&mut inputs);
-                let state = machine.tick(drives, &inputs).state;
+                let state = board_tick::tick(machine, drives, &inputs).state;
                 *wanted = state.is_energised() && !machine.executor.is_dry_run();
             }
             None => drives.tick(&inputs),
