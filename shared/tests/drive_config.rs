@@ -270,7 +270,7 @@ fn postcard_and_json_carry_it_and_read_it_strictly() {
     assert!(
         error
             .to_string()
-            .contains("axis 2: node is 200: give 1 to 127"),
+            .contains("axis 3: node is 200: give 1 to 127"),
         "{error}"
     );
 

@@ -5,7 +5,7 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::{MAX_BUSES, MOST_BUS_LOAD_PERMILLE};
-use crate::MAX_AXES;
+use crate::{MAX_AXES, ordinal};
 
 /// Why a drive configuration is refused. Its `Display` says what to do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -143,13 +143,17 @@ impl fmt::Display for DriveConfigError {
             ),
             Self::NodeIsBoards { axis, node } => write!(
                 f,
-                "the drive of axis {axis} has node id {node}, which is the board's controller_node: change one of them"
+                "the drive of axis {axis} has node id {node}, which is the board's controller_node: change one of them",
+                axis = ordinal(axis)
             ),
             Self::NodeTwice { axis, bus, node } => write!(
                 f,
-                "node id {node} is on bus {bus} more than once (first as axis {axis}): give every drive its own"
+                "node id {node} is on bus {bus} more than once (first as axis {axis}): give every drive its own",
+                axis = ordinal(axis)
             ),
-            Self::Axis { axis, problem } => write!(f, "axis {axis}: {problem}"),
+            Self::Axis { axis, problem } => {
+                write!(f, "axis {axis}: {problem}", axis = ordinal(axis))
+            }
             Self::Overloaded {
                 bus,
                 load_permille,

@@ -44,6 +44,9 @@
 //!
 //! `Telemetry` is sent unasked, with sequence numbers of its own.
 //!
+//! Axes, intervals, blocks and buses count from 0 in every message. Texts for people count axes and
+//! intervals from 1, as plans and plots do: [`ordinal`](crate::ordinal).
+//!
 //! # Once, and in order
 //! A host that hears no response sends the request again, with the same sequence number. Requests
 //! that only ask, and blocks of an upload, are then simply answered again. *Orders* (all others;

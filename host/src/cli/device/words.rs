@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use stillpoint_shared::protocol::{AxisStatus, Status};
 use stillpoint_shared::status::LimitFlags;
-use stillpoint_shared::time;
+use stillpoint_shared::{ordinal, time};
 
 /// A hash as everywhere: 16 hexadecimal digits.
 pub(super) fn hash(hash: u64) -> String {
@@ -78,7 +78,7 @@ pub(super) fn axes(status: &Status) -> String {
         };
         text += &format!(
             "  axis {}: {measured}, {drive}; largest following error {:.2e} rad, limits reached: {limited}\n",
-            index + 1,
+            ordinal(index),
             axis.following_peak_rad
         );
     }
