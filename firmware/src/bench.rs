@@ -27,7 +27,7 @@ pub enum Action {
     CutBus,
     /// The next tick takes longer than the monitor usually allows.
     Overrun,
-    /// The drive of an axis stops by itself, with code [`DRIVE_FAULT`].
+    /// The drive of an axis stops by itself, with code [`DRIVE_FAULT`], until it is reset.
     Fault {
         /// Axis, from 0.
         axis: u8,
@@ -234,6 +234,14 @@ impl<const N: usize> DriveGroup<N> for BenchDrives<N> {
     fn safe(&mut self) {
         self.enabling_ticks = 0;
         self.ideal.safe();
+    }
+
+    fn reset_faults(&mut self) {
+        for trouble in &mut self.trouble {
+            if let Some(DriveStatus::Fault { .. }) = trouble.status {
+                trouble.status = None;
+            }
+        }
     }
 }
 

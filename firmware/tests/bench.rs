@@ -111,6 +111,24 @@ fn only_drives_that_are_off_can_be_turned() {
 }
 
 #[test]
+fn a_reset_ends_a_fault_and_no_other_trouble() {
+    let mut drives = enabled();
+    drives.act(Action::Fault { axis: 0 });
+    drives.act(Action::SwitchOff { axis: 1 });
+    drives.act(Action::Silence { axis: 2 });
+    drives.reset_faults();
+    let feedback = drives.exchange(&to(0.0)).unwrap();
+    assert_eq!(
+        feedback.map(|axis| (axis.status, axis.age_ticks)),
+        [
+            (DriveStatus::Enabled, 0),
+            (DriveStatus::Disabled, 0),
+            (DriveStatus::Enabled, 1)
+        ]
+    );
+}
+
+#[test]
 fn set_points_are_shown_once() {
     let mut drives = enabled();
     assert_eq!(drives.take_sent(), Some(to(0.0)));

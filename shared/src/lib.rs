@@ -28,11 +28,13 @@ pub mod time;
 pub mod trajectory;
 
 mod error;
+mod ordinal;
 mod wire;
 
 pub use basis::Basis;
 pub use drive_config::{AxisDrive, BusConfig, DriveConfig, DriveConfigError};
 pub use limits::{AxisLimits, LimitName, Limits, LimitsError};
+pub use ordinal::ordinal;
 pub use player::{Player, Sample, Schedule};
 pub use trajectory::{Header, Interval, Trajectory, TrajectoryBuilder, TrajectoryError};
 

@@ -71,4 +71,8 @@ impl<const N: usize, D: DriveGroup<N>> DriveGroup<N> for Watched<D> {
     fn safe(&mut self) {
         self.group.safe();
     }
+
+    fn reset_faults(&mut self) {
+        self.group.reset_faults();
+    }
 }

@@ -23,7 +23,6 @@ impl<const AXES: usize> Executor<AXES> {
     ) -> TickReport<'_, AXES> {
         self.tick = self.tick.wrapping_add(1);
         self.sent_path_ticks = self.path.ticks();
-        let was_energised = self.state.is_energised();
         if let Err(cause) = self.watch(inputs) {
             self.fail(cause);
         }
@@ -34,11 +33,13 @@ impl<const AXES: usize> Executor<AXES> {
             }
         } else {
             drives.safe();
+            if self.reset_drives {
+                drives.reset_faults();
+            }
             self.observe(drives);
         }
-        if was_energised {
-            self.record();
-        }
+        self.reset_drives = false;
+        self.record();
         self.report()
     }
 
@@ -49,11 +50,8 @@ impl<const AXES: usize> Executor<AXES> {
             return Err(FaultCause::EmergencyStop);
         }
         if self.state.is_under_way() {
-            self.monitor.check_loop(
-                &self.config.monitor,
-                inputs.busy_ticks,
-                inputs.missed_ticks,
-            )?;
+            self.monitor
+                .check_loop(&self.allowed, inputs.busy_ticks, inputs.missed_ticks)?;
         }
         self.watch_host();
         Ok(())
@@ -112,7 +110,7 @@ impl<const AXES: usize> Executor<AXES> {
             .ok_or(FaultCause::ExchangeFailed)?;
         let enabled = playing && !self.dry_run;
         self.monitor
-            .check(&self.config.monitor, &self.commanded, feedback, enabled)?;
+            .check(&self.allowed, &self.commanded, feedback, enabled)?;
         self.proceed()
     }
 

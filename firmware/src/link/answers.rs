@@ -18,6 +18,8 @@ use crate::{Command, Config, ConfigError, Refusal};
 pub(super) struct Reach<'a, M, F> {
     pub(super) machine: &'a mut M,
     pub(super) store: &'a mut Store<F>,
+    /// Set where an order comes true with the next start of the board only.
+    pub(super) wants_start: &'a mut bool,
 }
 
 impl<M, F: Flash> Reach<'_, M, F> {
@@ -224,7 +226,10 @@ impl<M, F: Flash> Reach<'_, M, F> {
         let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
         Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
         self.allow(Command::Configure)?;
-        Ok(self.store.put_drives(&drives)?)
+        let others = self.store.drives().as_ref() != Some(&drives);
+        self.store.put_drives(&drives)?;
+        *self.wants_start |= others;
+        Ok(())
     }
 }
 

@@ -66,6 +66,7 @@ pub struct Link {
     outbox: Outbox,
     counters: LinkCounters,
     telemetry_sequence: u16,
+    wants_start: bool,
 }
 
 // All in all 6 kB with the tap, beside the executor.
@@ -93,7 +94,14 @@ impl Link {
                 dropped: 0,
             },
             telemetry_sequence: 0,
+            wants_start: false,
         }
+    }
+
+    /// Whether the board is to be started anew, with the drives off and when everything is sent:
+    /// other drives are configured than those it started with.
+    pub fn wants_start(&self) -> bool {
+        self.wants_start && self.outbox.pending().is_empty()
     }
 
     /// What the board says about itself.
@@ -152,8 +160,14 @@ impl Link {
         store: &mut Store<F>,
     ) -> bool {
         if self.outbox.room() >= MAX_FRAME_BYTES {
-            let mut reach = Reach { machine, store };
+            let mut wants_start = self.wants_start;
+            let mut reach = Reach {
+                machine,
+                store,
+                wants_start: &mut wants_start,
+            };
             self.next_request(&mut reach);
+            self.wants_start = wants_start;
         }
         self.send_telemetry(machine);
         !self.inbox.is_empty()

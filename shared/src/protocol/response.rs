@@ -9,7 +9,7 @@ use super::hello::MAX_STORED;
 use super::{Denial, FaultHead, FaultSample, Identity, Telemetry};
 use crate::assembly::Arrived;
 use crate::config::Config;
-use crate::status::{Fault, HoldReason, LimitFlags, State};
+use crate::status::{DriveStatus, Fault, HoldReason, LimitFlags, State};
 use crate::{DriveConfig, Limits, MAX_AXES};
 
 /// Anything the board sends.
@@ -103,7 +103,10 @@ pub struct Status {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AxisStatus {
-    /// Measured position in rad, if its drive is heard.
+    /// What its drive said last about itself, or the board about a drive it cannot use; none if the
+    /// bus fails or there are no drives.
+    pub drive: Option<DriveStatus>,
+    /// Measured position in rad, if its drive is heard of lately.
     pub measured_rad: Option<f32>,
     /// Largest following error since the move was started, in rad.
     pub following_peak_rad: f32,
