@@ -29,6 +29,7 @@ const HALF_ULP: f64 = f32::EPSILON as f64 / 2.0;
 
 /// Checks a trajectory against the machine's limits and where it stands; `measured_rad` has one
 /// value per axis.
+#[inline(never)] // Gives its stack back before the buffers change places.
 pub fn check(
     trajectory: &Trajectory,
     limits: &Limits,
