@@ -157,11 +157,9 @@ impl Torques {
                     let _ = lgr::differentiation_row(nodes.nodes(), nodes.weights(), i, row);
                 }
                 for (axis, torques) in torques.iter_mut().enumerate() {
-                    let at_node = |quantity| {
-                        f64::from(value(interval.coefficients, axes, quantity, axis, i))
-                    };
-                    let (planned, speed) =
-                        (at_node(Quantity::Torque), at_node(Quantity::Velocity));
+                    let at_node =
+                        |quantity| f64::from(value(interval.coefficients, axes, quantity, axis, i));
+                    let (planned, speed) = (at_node(Quantity::Torque), at_node(Quantity::Velocity));
                     let torque = torques.take(ticks, planned, speed);
                     if differentiates {
                         let speeds = channel(interval.coefficients, axes, Quantity::Velocity, axis);

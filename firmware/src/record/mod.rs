@@ -17,9 +17,9 @@ mod sample;
 mod tests;
 
 use serde::{Deserialize, Serialize};
-use stillpoint_shared::{encode, hash};
 use stillpoint_shared::status::{Fault, FaultCause};
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
+use stillpoint_shared::{encode, hash};
 
 use ring::Ring;
 

@@ -8,4 +8,5 @@ mod moves;
 mod refusals;
 mod replay;
 mod resets;
+mod ticks;
 mod uploads;
