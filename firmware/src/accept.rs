@@ -22,6 +22,7 @@ const JUMP_TOLERANCE: f32 = 4.0 * f32::EPSILON;
 
 /// Checks a trajectory against the machine's limits and where it stands; `measured_rad` has one
 /// value per axis.
+#[inline(never)] // Gives its stack back before the buffers change places.
 pub fn check<const AXES: usize>(
     trajectory: &Trajectory,
     limits: &Limits,

@@ -507,7 +507,7 @@ fn a_rejection_says_where_what_and_how_much() {
         .to_string();
     assert_eq!(
         message,
-        "axis 1, interval 0, t = 0.0200000 s (tick 200000): the torque is -123.5 N·m, 100 N·m are allowed: \
+        "axis 2, interval 1, t = 0.0200000 s (tick 200000): the torque is -123.5 N·m, 100 N·m are allowed: \
          plan with the machine's limits"
     );
 }

@@ -9,8 +9,8 @@ use common::{
 use nalgebra::SVector;
 use stillpoint_firmware::accept::{self, AcceptConfig};
 use stillpoint_firmware::{
-    Config, ConfigError, ConfigField, DriveStatus, Executor, Fault, FaultCause, IdealDrives,
-    LimitFlags, Refusal, Rejection, Setpoint, State, TickReport,
+    Config, ConfigError, ConfigField, Executor, Fault, FaultCause, IdealDrives, LimitFlags,
+    Refusal, Rejection, Setpoint, State, TickReport,
 };
 use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
 use stillpoint_shared::{AxisLimits, Limits, Player, Trajectory, TrajectoryBuilder, lgr};
@@ -260,78 +260,6 @@ fn the_next_move_follows_without_losing_torque() {
         executor.tick(&mut drives, &FINE);
     }
     assert_eq!((executor.state(), drives.safes), (State::Done, safes));
-}
-
-#[test]
-fn every_fault_takes_the_torque_away_and_latches_its_first_cause() {
-    type Spoil = fn(&mut Drives);
-    let cases: [(Spoil, FaultCause); 6] = [
-        (
-            |drives| drives.bus_broken = true,
-            FaultCause::ExchangeFailed,
-        ),
-        (
-            |drives| {
-                drives.spoil(|feedback| feedback[1].status = DriveStatus::Fault { code: 0x7500 })
-            },
-            FaultCause::DriveFault {
-                axis: 1,
-                code: 0x7500,
-            },
-        ),
-        (
-            |drives| drives.spoil(|feedback| feedback[0].status = DriveStatus::Disabled),
-            FaultCause::DriveDisabled { axis: 0 },
-        ),
-        (
-            |drives| drives.spoil(|feedback| feedback[0].position_rad = f32::NAN),
-            FaultCause::FeedbackNotFinite { axis: 0 },
-        ),
-        (
-            |drives| drives.spoil(|feedback| feedback[1].velocity_rad_per_s = f32::INFINITY),
-            FaultCause::FeedbackNotFinite { axis: 1 },
-        ),
-        (
-            |drives| drives.spoil(|feedback| feedback[0].age_ticks = 3),
-            FaultCause::FeedbackStale {
-                axis: 0,
-                age_ticks: 3,
-                limit_ticks: 2,
-            },
-        ),
-    ];
-    for (spoil, cause) in cases {
-        for state in [State::Running, State::Done] {
-            let (mut executor, mut drives) = brought_to(state);
-            let before = executor.tick(&mut drives, &FINE).tick;
-            spoil(&mut drives);
-            let safes = drives.safes;
-            let report = executor.tick(&mut drives, &FINE);
-            assert_eq!(report.state, State::Fault, "{cause:?} in {state:?}");
-            assert_eq!(drives.safes, safes + 1, "in the very tick");
-            let fault = report.fault.unwrap();
-            assert_eq!((fault.cause, fault.tick), (cause, before + 1));
-
-            let exchanges = drives.exchanges;
-            drives.spoil(|feedback| feedback[0].position_rad = f32::NAN);
-            for _ in 0..10 {
-                let report = executor.tick(&mut drives, &FINE);
-                assert_eq!((report.state, report.fault), (State::Fault, Some(fault)));
-                assert!(
-                    report
-                        .setpoints
-                        .iter()
-                        .all(|setpoint| setpoint.position_rad.is_finite())
-                );
-            }
-            executor.emergency_stop();
-            assert_eq!(executor.fault(), Some(fault), "the first cause stays");
-            assert_eq!(drives.exchanges, exchanges, "no set-point after a fault");
-            assert!(drives.safes >= 11);
-            executor.clear().unwrap();
-            assert_eq!((executor.state(), executor.fault()), (State::Ready, None));
-        }
-    }
 }
 
 #[test]

@@ -9,4 +9,5 @@ mod refusals;
 mod replay;
 mod resets;
 mod study;
+mod ticks;
 mod uploads;
