@@ -26,7 +26,7 @@ fn the_demo_on_the_board_is_the_one_on_this_computer() {
     assert_eq!(running, trajectory.duration_ticks().div_ceil(2_500));
     let replay = play("host", &file, trajectory).unwrap();
     assert_eq!(board.differs_from(&replay), None);
-    // The drives rest a tick more or less before the move, so the machines differ by that trace of motion.
+    // The executors creep to the first node from places that differ by a rounding error.
     let frames = board.run.recording.frames.iter();
     assert_eq!(frames.len(), replay.recording.frames.len());
     for (board, replay) in frames.zip(&replay.recording.frames) {
