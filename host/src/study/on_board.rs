@@ -35,7 +35,7 @@ pub struct BoardRun {
     pub run: Run,
     /// What the upload took.
     pub uploaded: Uploaded,
-    /// Set-points sent, from the first tick of the move to the first one after its end.
+    /// Set-points sent, from the first tick of the move until they do not change any more.
     pub sent: Vec<[Setpoint; AXES]>,
 }
 
@@ -147,8 +147,12 @@ fn until_done(
         match (state, sent) {
             (State::Running, Some(sent)) => during.push(sent),
             (State::Done, Some(sent)) => {
+                // The limiter may still be on its way to the last set-point.
+                let at_rest = during.last() == Some(&sent);
                 during.push(sent);
-                return Ok(during);
+                if at_rest {
+                    return Ok(during);
+                }
             }
             _ if during.is_empty() => {}
             (state, _) => {
