@@ -1,7 +1,9 @@
 //! Studies of a move: runs of a trajectory and of what a user would pick instead, side by side.
 
 mod document;
+mod random_moves;
 mod run;
 
 pub use document::{Document, paper_row};
+pub use random_moves::{PAYLOADS, RandomMove, random_moves};
 pub use run::{Run, StudyError, equal_quintic, play, shortest_shaped};
