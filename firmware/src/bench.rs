@@ -9,6 +9,7 @@ use core::convert::Infallible;
 use heapless::Vec;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
+use stillpoint_shared::encode;
 
 use crate::drive::NoAnswer;
 use crate::{DriveGroup, DriveStatus, Feedback, IdealDrives, Setpoint, State};
@@ -69,7 +70,7 @@ impl Action {
     /// The bytes that mean this, in `buffer`.
     pub fn encode<'b>(&self, buffer: &'b mut [u8; MAX_ACTION_BYTES]) -> &'b [u8] {
         // There is room: this cannot fail.
-        postcard::to_slice(self, buffer).unwrap_or_default()
+        encode::to_slice(self, buffer).unwrap_or_default()
     }
 }
 
@@ -268,7 +269,7 @@ impl Record {
     /// The bytes that mean this, in `buffer`.
     pub fn encode<'b>(&self, buffer: &'b mut [u8; MAX_RECORD_BYTES]) -> &'b [u8] {
         // There is room: this cannot fail.
-        postcard::to_slice(self, buffer).unwrap_or_default()
+        encode::to_slice(self, buffer).unwrap_or_default()
     }
 }
 

@@ -17,6 +17,7 @@ pub mod basis;
 pub mod config;
 pub mod drive_config;
 pub mod drive_error;
+pub mod encode;
 pub mod hash;
 pub mod lgr;
 pub mod limits;

@@ -258,13 +258,13 @@ fn bytes_in_pieces_are_the_bytes() {
         let whole = trajectory.encode(&mut buffer).unwrap();
         assert_eq!(trajectory.encoded_bytes(), whole.len());
         let mut pieces: Vec<u8> = Vec::new();
-        assert!(trajectory.encode_into(|piece| {
+        assert!(trajectory.encode_into(&mut |piece| {
             pieces.extend(piece);
             true
         }));
         assert_eq!(pieces, whole);
         let mut taken = 0;
-        assert!(!trajectory.encode_into(|piece| {
+        assert!(!trajectory.encode_into(&mut |piece| {
             taken += piece.len();
             taken < 100
         }));

@@ -50,6 +50,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
     }
 
     /// Answers a request that is no order.
+    #[inline(never)] // Its response is large, and no order should have it on its stack.
     pub(super) fn ask<const AXES: usize>(
         &mut self,
         request: &Request<'_>,
@@ -99,6 +100,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
     }
 
     /// Obeys an order.
+    #[inline(never)]
     pub(super) fn obey<const AXES: usize>(
         &mut self,
         request: &Request<'_>,

@@ -17,9 +17,9 @@ mod sample;
 mod tests;
 
 use serde::{Deserialize, Serialize};
-use stillpoint_shared::hash;
 use stillpoint_shared::status::{Fault, FaultCause};
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
+use stillpoint_shared::{encode, hash};
 
 use ring::Ring;
 
@@ -62,7 +62,7 @@ impl RecordHead {
     #[inline(never)]
     fn encode(&self, bytes: &mut [u8; HEAD_BYTES]) {
         // It fits: this cannot fail.
-        let _ = postcard::to_slice(self, bytes);
+        let _ = encode::to_slice(self, bytes);
     }
 
     #[inline(never)]

@@ -4,6 +4,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::fault::MAX_FAULT_SAMPLES;
+use super::frame::{self, Envelope, FrameError};
 use super::hello::MAX_STORED;
 use super::{Denial, FaultHead, FaultSample, Identity, Telemetry};
 use crate::assembly::Arrived;
@@ -23,6 +24,17 @@ pub enum Message {
     Response(Response),
     /// A sample of the drive loop, unasked.
     Telemetry(Telemetry),
+}
+
+impl Message {
+    /// Its frame, as of [`frame::encode`]; compiled here once, as this library is.
+    pub fn encode<'b>(
+        &self,
+        envelope: Envelope,
+        buffer: &'b mut [u8],
+    ) -> Result<&'b mut [u8], FrameError> {
+        frame::encode(envelope, self, buffer)
+    }
 }
 
 /// The answer to a request; the table in the [module header](super) says which belongs to which.

@@ -43,6 +43,9 @@ struct Section {
 const RAM: std::ops::Range<u32> = 0x2000_0000..0x2002_0000;
 
 impl Image {
+    /// Bytes of RAM that the boards have.
+    pub const RAM_BYTES: u32 = RAM.end - RAM.start;
+
     /// Where `cargo image-<board>` puts its image.
     pub fn path(board: &str) -> PathBuf {
         let target = env::var_os("CARGO_TARGET_DIR").map_or_else(
