@@ -52,7 +52,7 @@ fn set_drives(axes: &[AxisDrive]) -> Request<'static> {
 }
 
 /// Every request once, whatever it means here.
-fn all(rig: &Rig) -> Vec<Request<'static>> {
+pub(crate) fn all(rig: &Rig) -> Vec<Request<'static>> {
     vec![
         Request::Status,
         Request::KeepAlive,
@@ -107,7 +107,7 @@ fn every_request_has_one_response_in_every_state() {
     }
 }
 
-fn bring_to(rig: &mut Rig, state: State) {
+pub(crate) fn bring_to(rig: &mut Rig, state: State) {
     match state {
         State::Idle => return,
         State::Loading => {
