@@ -544,6 +544,7 @@ fn other_drives_ask_for_a_start_of_the_board_once_the_answer_is_sent() {
     assert!(!rig.link.wants_start(), "the answer is still to be sent");
     assert_eq!(rig.messages().len(), 1);
     assert!(rig.link.wants_start());
+    assert_eq!(set(&mut rig, [1, 3]), (Response::Done, true), "still");
 }
 
 #[test]
