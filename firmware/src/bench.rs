@@ -25,7 +25,7 @@ pub enum Action {
     Stop,
     /// The bus to the drives fails.
     CutBus,
-    /// The next tick takes longer than a period.
+    /// The next tick takes longer than the monitor usually allows.
     Overrun,
     /// The drive of an axis stops by itself, with code [`DRIVE_FAULT`], until it is reset.
     Fault {

@@ -14,6 +14,7 @@
 
 pub mod accept;
 pub mod bench;
+mod between;
 pub mod board_tick;
 mod buffers;
 pub mod cia402;

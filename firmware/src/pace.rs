@@ -32,7 +32,7 @@ use stillpoint_shared::status::Quantity;
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
 use stillpoint_shared::{AxisLimits, Limits, Trajectory, lgr};
 
-use crate::nodes::{Nodes, channel};
+use crate::nodes::{Nodes, channel, value};
 
 /// Bounds on the change of path speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,6 +84,7 @@ impl<const AXES: usize> Pace<AXES> {
     /// full path speed.
     ///
     /// Once per move, in f64: about as much work as the acceptance check.
+    #[inline(never)] // Gives its stack back before the buffers change places.
     pub fn of(trajectory: &Trajectory, limits: &Limits, ramp_s: f32) -> Self {
         let mut pace = Self::NONE;
         let ramp_s = f64::from(ramp_s);
@@ -156,12 +157,16 @@ impl Torques {
                     let _ = lgr::differentiation_row(nodes.nodes(), nodes.weights(), i, row);
                 }
                 for (axis, torques) in torques.iter_mut().enumerate() {
-                    let values = |quantity| channel(interval.coefficients, axes, quantity, axis);
-                    let planned = f64::from(values(Quantity::Torque).nth(i).unwrap_or(0.0));
-                    let speeds = || values(Quantity::Velocity).map(f64::from);
-                    let torque = torques.take(ticks, planned, speeds().nth(i).unwrap_or(0.0));
+                    let at_node =
+                        |quantity| f64::from(value(interval.coefficients, axes, quantity, axis, i));
+                    let (planned, speed) = (at_node(Quantity::Torque), at_node(Quantity::Velocity));
+                    let torque = torques.take(ticks, planned, speed);
                     if differentiates {
-                        let terms = row.iter().zip(speeds()).map(|(entry, speed)| entry * speed);
+                        let speeds = channel(interval.coefficients, axes, Quantity::Velocity, axis);
+                        let terms = row
+                            .iter()
+                            .zip(speeds)
+                            .map(|(entry, speed)| entry * f64::from(speed));
                         let acceleration = terms.sum::<f64>() * per_second;
                         torques.against_acceleration += duration_ticks * torque * acceleration;
                         torques.acceleration_square += duration_ticks * acceleration * acceleration;

@@ -3,16 +3,17 @@
 mod common;
 
 use common::{
-    AXES, DURATION_TICKS, Drives, FINE, START_RAD, brought_to, changed, executor, late_push,
-    limits, start, trajectory,
+    AXES, DURATION_TICKS, Drives, FINE, START_RAD, brought_to, changed, executor, limits, start,
+    trajectory,
 };
 use nalgebra::SVector;
+use stillpoint_firmware::accept::{self, AcceptConfig};
 use stillpoint_firmware::{
     Config, ConfigError, ConfigField, Executor, Fault, FaultCause, IdealDrives, LimitFlags,
     Refusal, Rejection, Setpoint, State, TickReport,
 };
 use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
-use stillpoint_shared::{AxisLimits, Limits, Player};
+use stillpoint_shared::{AxisLimits, Limits, Player, Trajectory, TrajectoryBuilder, lgr};
 
 /// What a report says, kept.
 #[derive(Debug, PartialEq)]
@@ -283,16 +284,55 @@ fn a_blocked_axis_is_a_following_error_with_its_numbers_and_peak() {
     assert_eq!(executor.monitor().peak_following_error_rad()[1], 0.0);
 }
 
-#[test]
-fn torque_rate_between_the_nodes_is_limited_and_flagged_but_no_fault() {
-    let c = 10.0;
-    let rate_nm_per_s = (1.9 * c * 200.0) as f32;
-    let axis = AxisLimits {
-        torque_rate_nm_per_s: rate_nm_per_s,
-        ..common::axis_limits()
+/// Axis 0 pushes with τ′ = a (1 − x²)² T₁₅(x) for 1 s: its peaks lie between the places that acceptance looks at.
+fn waves(limits: &Limits) -> Trajectory {
+    const POINTS: usize = 20;
+    let slope = |x: f64| (1.0 - x * x).powi(2) * (15.0 * x.clamp(-1.0, 1.0).acos()).cos();
+    let mut nodes = [0.0; POINTS + 1];
+    lgr::support_nodes(&mut nodes).unwrap();
+    // Simpson's rule in a thousand steps.
+    let torque = |x: f64| {
+        let (steps, h) = (1_000, (x + 1.0) / 1_000.0);
+        let step = |k: i32| {
+            let at = -1.0 + h * f64::from(k);
+            h / 6.0 * (slope(at) + 4.0 * slope(at + h / 2.0) + slope(at + h))
+        };
+        (0..steps).map(step).sum::<f64>()
     };
-    let limits = Limits::new(&[axis; AXES]).unwrap();
-    let trajectory = late_push(&limits, c);
+    let rows = nodes.map(|x| [0.0, 0.0, 0.0, 0.0, 100.0 * torque(x), 0.0]);
+    let mut builder = TrajectoryBuilder::new(1, limits);
+    builder
+        .interval(10_000_000, POINTS, rows.as_flattened())
+        .unwrap();
+    builder.finish().unwrap()
+}
+
+#[test]
+fn torque_rate_within_the_gap_of_acceptance_is_limited_and_flagged_but_no_fault() {
+    let under = |rate_nm_per_s: f32| {
+        let axis = AxisLimits {
+            torque_rate_nm_per_s: rate_nm_per_s,
+            ..common::axis_limits()
+        };
+        Limits::new(&[axis; AXES]).unwrap()
+    };
+    let accepted = |rate_nm_per_s: f32| {
+        let limits = under(rate_nm_per_s);
+        let config = AcceptConfig::default();
+        accept::check(&waves(&limits), &limits, &[0.0; AXES], &config).is_ok()
+    };
+    // The least limit under which it is accepted.
+    let (mut refused, mut rate_nm_per_s) = (10.0, 1_000.0);
+    for _ in 0..30 {
+        let middle = 0.5 * (refused + rate_nm_per_s);
+        if accepted(middle) {
+            rate_nm_per_s = middle;
+        } else {
+            refused = middle;
+        }
+    }
+    let limits = under(rate_nm_per_s);
+    let trajectory = waves(&limits);
 
     let mut executor = Executor::<AXES>::new(limits, Config::default()).unwrap();
     let mut drives = Drives::at(&SVector::zeros());

@@ -76,6 +76,7 @@ fn main() {
     let settings = Settings {
         tolerance: file.solver.tolerance,
         max_iterations: file.solver.max_iterations,
+        least_barrier: 0.0,
     };
     println!("iterations  ms per iteration  of it derivatives  of it linear algebra and the rest");
     for _ in 0..5 {

@@ -4,6 +4,8 @@
 #![cfg_attr(feature = "ipopt", deny(unsafe_code))]
 
 pub mod autodiff;
+pub mod benchmarks;
+pub mod certify;
 pub mod cli;
 pub mod device;
 pub mod machine;
@@ -13,4 +15,5 @@ pub mod ocp;
 pub mod plan;
 pub mod report;
 pub mod simulate;
+pub mod sptfile;
 pub mod study;

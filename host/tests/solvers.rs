@@ -19,6 +19,7 @@ use stillpoint::plan::{move_problem, quintic_guess};
 const SETTINGS: Settings = Settings {
     tolerance: 1e-6,
     max_iterations: 2000,
+    least_barrier: 0.0,
 };
 
 fn solvers() -> Vec<Box<dyn NlpSolver>> {

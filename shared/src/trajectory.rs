@@ -218,6 +218,14 @@ impl Trajectory {
         Ok(trajectory)
     }
 
+    /// [`Trajectory::decode`] from the front of `bytes`, for files in which more follows; returns
+    /// that, too.
+    pub fn decode_front(bytes: &[u8]) -> Result<(Self, &[u8]), TrajectoryError> {
+        let mut trajectory = Self::empty();
+        let rest = wire::decode_front(bytes, &mut trajectory)?;
+        Ok((trajectory, rest))
+    }
+
     /// [`Trajectory::decode`] in place, for a board that cannot spare the stack. After an error
     /// `self` is empty.
     pub fn decode_from(&mut self, bytes: &[u8]) -> Result<(), TrajectoryError> {

@@ -104,6 +104,17 @@ pub(crate) fn header(bytes: &[u8]) -> Result<Header, TrajectoryError> {
 
 /// Reads `bytes` into `trajectory`, whose content is undefined but consistent after an error.
 pub(crate) fn decode(bytes: &[u8], trajectory: &mut Trajectory) -> Result<(), TrajectoryError> {
+    match decode_front(bytes, trajectory)?.len() {
+        0 => Ok(()),
+        bytes => Err(TrajectoryError::Trailing { bytes }),
+    }
+}
+
+/// The same from the front of `bytes`; returns what is left over.
+pub(crate) fn decode_front<'b>(
+    bytes: &'b [u8],
+    trajectory: &mut Trajectory,
+) -> Result<&'b [u8], TrajectoryError> {
     let mut reader = Reader::new(bytes)?;
     let header: Header = reader.take()?;
     let axes = usize::from(header.axes);
@@ -127,11 +138,6 @@ pub(crate) fn decode(bytes: &[u8], trajectory: &mut Trajectory) -> Result<(), Tr
         let values = reader.take_floats(count)?;
         trajectory.push(duration_ticks, points, values)?;
     }
-    if !reader.rest.is_empty() {
-        return Err(TrajectoryError::Trailing {
-            bytes: reader.rest.len(),
-        });
-    }
     let sum_ticks = trajectory.duration_ticks();
     if header.duration_ticks != sum_ticks {
         return Err(TrajectoryError::Duration {
@@ -146,5 +152,5 @@ pub(crate) fn decode(bytes: &[u8], trajectory: &mut Trajectory) -> Result<(), Tr
             computed,
         });
     }
-    Ok(())
+    Ok(reader.rest)
 }

@@ -193,7 +193,7 @@ impl Link {
                 counters: &mut self.counters,
                 outbox: &mut self.outbox,
             };
-            match frame::read(body) {
+            match Request::decode(body) {
                 Ok(request) => answering.take(envelope, &request, reach),
                 Err(_) => {
                     let bytes = body.len() as u16;
@@ -310,8 +310,10 @@ impl Answering<'_> {
         request: &Request<'_>,
         reach: &mut Reach<'_, M, F>,
     ) {
-        let response = reach.ask(request, *self.counters);
-        self.send(envelope, response.unwrap_or_else(Response::Denied));
+        match reach.ask(request, *self.counters) {
+            Ok(response) => self.send(envelope, response),
+            Err(denial) => self.send(envelope, Response::Denied(denial)),
+        }
     }
 
     #[inline(never)]

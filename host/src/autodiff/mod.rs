@@ -1,14 +1,18 @@
 //! Exact derivatives by overloading: one model, written once over [`Scalar`], is evaluated with
-//! `f64` for values, [`Dual`] for first and [`SecondDual`] for second derivatives, and
-//! [`Pattern`] for the structure of both.
+//! `f64` for values, [`Dual`] for first and [`SecondDual`] for second derivatives, [`Pattern`] for
+//! the structure of both, and [`Taylor`] for proofs: all of it over a stretch of time, rounding included.
 
 mod dual;
+mod interval;
 mod pattern;
 mod second;
+mod taylor;
 
 pub use dual::Dual;
+pub use interval::Interval;
 pub use pattern::Pattern;
 pub use second::SecondDual;
+pub use taylor::Taylor;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};

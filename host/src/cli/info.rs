@@ -1,6 +1,7 @@
 //! `stillpoint info F.spt`
 
-use super::{Failure, encode, output, read_trajectory};
+use super::{Failure, encode, output, read_spt};
+use crate::sptfile::{SectionError, SptFile};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -18,7 +19,11 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let trajectory = read_trajectory(&arguments.trajectory)?;
+    let SptFile {
+        trajectory,
+        section,
+        section_bytes,
+    } = read_spt(&arguments.trajectory)?;
     let header = trajectory.header();
     let bytes = encode(&trajectory)?.len();
     if arguments.json {
@@ -35,6 +40,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             "content_hash": format!("{:016x}", header.content_hash),
             "bytes": bytes,
             "intervals": intervals,
+            "certificate": match &section {
+                Ok(section) => json!({
+                    "status": "present",
+                    "bytes": section_bytes,
+                    "tool": section.certificate.tool,
+                    "trajectory_hash": format!("{:016x}", section.certificate.trajectory_hash),
+                    "limits_hash": format!("{:016x}", section.certificate.limits_hash),
+                    "certified": section.certificate.is_certified(),
+                }),
+                Err(SectionError::Missing) => json!(null),
+                Err(error) => json!({"status": "damaged", "bytes": section_bytes, "message": error.to_string()}),
+            },
         });
         return output::object(&object);
     }
@@ -56,5 +73,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             interval.points
         );
     }
+    text += &match section {
+        Ok(section) => format!(
+            "  certificate of {section_bytes} bytes by version {}, not verified here: {}\n",
+            section.certificate.tool,
+            section.certificate.verdict()
+        ),
+        Err(error) => format!("  {error}\n"),
+    };
     output::text(&text)
 }

@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand. Results go to stdout, everything else to stderr; the exit code is 0 only
 //! for success.
 
+mod bench;
 mod demo;
 mod device;
 mod export;
@@ -10,7 +11,10 @@ mod plan;
 mod report;
 mod simulate;
 mod terminal;
+mod verify;
 
+use crate::plan::Plan;
+use crate::sptfile::{MAX_FILE_BYTES, SptFile};
 use clap::{Parser, Subcommand};
 use serde_json::json;
 use std::fs::File;
@@ -43,12 +47,16 @@ enum Command {
     Simulate(simulate::Arguments),
     /// Write a self-contained HTML report of a trajectory and its simulation
     Report(report::Arguments),
+    /// Prove anew that a trajectory file keeps every limit of its move file everywhere
+    Verify(verify::Arguments),
     /// Show what a trajectory file contains
     Info(info::Arguments),
     /// Write a trajectory as set-points in CSV
     Export(export::Arguments),
     /// Plan, play and compare the paper's move; writes the folder stillpoint-demo
     Demo(demo::Arguments),
+    /// Solve optimal control problems with known answers and print the errors
+    Bench(bench::Arguments),
     /// Talk to a board: upload a trajectory, run it, watch it, stop it
     Device(device::Arguments),
 }
@@ -62,7 +70,9 @@ impl Command {
         match self {
             Self::Plan(arguments) => arguments.json,
             Self::Simulate(arguments) => arguments.json,
+            Self::Verify(arguments) => arguments.json,
             Self::Info(arguments) => arguments.json,
+            Self::Bench(arguments) => arguments.json,
             Self::Device(arguments) => arguments.json(),
             Self::Report(_) | Self::Export(_) | Self::Demo(_) => false,
         }
@@ -73,9 +83,11 @@ impl Command {
             Self::Plan(arguments) => plan::run(arguments),
             Self::Simulate(arguments) => simulate::run(arguments),
             Self::Report(arguments) => report::run(arguments),
+            Self::Verify(arguments) => verify::run(arguments),
             Self::Info(arguments) => info::run(arguments),
             Self::Export(arguments) => export::run(arguments),
             Self::Demo(arguments) => demo::run(arguments),
+            Self::Bench(arguments) => bench::run(arguments),
             Self::Device(arguments) => device::run(arguments),
         }
     }
@@ -102,6 +114,7 @@ pub fn run() -> ExitCode {
     if command.json() {
         let object = match command {
             Command::Device(_) => device::failed(failure.as_ref()),
+            Command::Verify(_) => verify::failed(failure.as_ref()),
             _ => plan::failed(failure.as_ref(), started.elapsed()),
         };
         if let Err(failure) = output::object(&object) {
@@ -128,10 +141,10 @@ struct TrajectoryFileError {
     source: TrajectoryError,
 }
 
-fn read_trajectory(path: &Path) -> Result<Trajectory, Failure> {
+fn read_spt(path: &Path) -> Result<SptFile, Failure> {
     let mut bytes = Vec::new();
-    // One byte more than any trajectory has is enough to refuse a file.
-    let most = MAX_ENCODED_BYTES as u64 + 1;
+    // One byte more than any file has is enough to refuse one.
+    let most = MAX_FILE_BYTES as u64 + 1;
     File::open(path)
         .and_then(|file| file.take(most).read_to_end(&mut bytes))
         .map_err(|source| FileError {
@@ -140,11 +153,16 @@ fn read_trajectory(path: &Path) -> Result<Trajectory, Failure> {
             source,
         })?;
     Ok(
-        Trajectory::decode(&bytes).map_err(|source| TrajectoryFileError {
+        SptFile::decode(&bytes).map_err(|source| TrajectoryFileError {
             path: path.to_owned(),
             source,
         })?,
     )
+}
+
+/// What the board is sent of a file.
+fn read_trajectory(path: &Path) -> Result<Trajectory, Failure> {
+    Ok(read_spt(path)?.trajectory)
 }
 
 fn create_folder(path: &Path) -> Result<(), FileError> {
@@ -168,4 +186,11 @@ fn encode(trajectory: &Trajectory) -> Result<Vec<u8>, TrajectoryError> {
     let length = trajectory.encode(&mut buffer)?.len();
     buffer.truncate(length);
     Ok(buffer)
+}
+
+/// The file of a plan.
+fn encode_plan(plan: &Plan) -> Result<Vec<u8>, TrajectoryError> {
+    let mut bytes = encode(&plan.trajectory)?;
+    bytes.extend(plan.section.encode());
+    Ok(bytes)
 }

@@ -1,7 +1,7 @@
 //! `stillpoint plan MOVE.toml`
 
-use super::{Failure, encode, output, terminal, write_file};
-use crate::movefile::MoveFile;
+use super::{Failure, encode_plan, output, terminal, verify, write_file};
+use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{NlpSolver, Pounce};
 use crate::plan::{Effort, Plan, PlanError, plan};
 use clap::{Args, ValueEnum};
@@ -21,9 +21,9 @@ pub(super) struct Arguments {
     /// Which solver to use
     #[arg(long, value_enum, default_value_t = Solver::Pounce)]
     solver: Solver,
-    /// Where the limits are imposed
-    #[arg(long, value_enum, default_value_t = LimitsAt::Nodes)]
-    limits: LimitsAt,
+    /// Where the limits are imposed [default: what the move file says, else everywhere]
+    #[arg(long, value_enum)]
+    limits: Option<LimitsAt>,
     /// Print the result as one JSON object on stdout
     #[arg(long)]
     pub(super) json: bool,
@@ -38,12 +38,6 @@ pub(super) enum Solver {
     Pounce,
     /// Ipopt: needs the system library and a build with `--features ipopt`
     Ipopt,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum LimitsAt {
-    /// At the collocation points, as the paper does
-    Nodes,
 }
 
 impl Solver {
@@ -74,8 +68,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn execute(arguments: &Arguments) -> Result<(Plan, PathBuf), Failure> {
-    let LimitsAt::Nodes = arguments.limits;
-    let file = MoveFile::read(&arguments.file)?;
+    let mut file = MoveFile::read(&arguments.file)?;
+    file.solver.limits = arguments.limits.unwrap_or(file.solver.limits);
     let solver = arguments.solver.get()?;
     let out =
         (arguments.out.clone()).unwrap_or_else(|| PathBuf::from(format!("{}.spt", file.name)));
@@ -95,7 +89,7 @@ fn execute(arguments: &Arguments) -> Result<(Plan, PathBuf), Failure> {
     let result = plan(&file, solver.as_ref(), progress);
     terminal::end_progress(arguments.json, arguments.log);
     let plan = result?;
-    write_file(&out, &encode(&plan.trajectory)?)?;
+    write_file(&out, &encode_plan(&plan)?)?;
     if let Some(warning) = plan.warning() {
         eprintln!("warning: {warning}");
     }
@@ -107,6 +101,7 @@ fn effort(effort: &Effort, total: Duration) -> Value {
         "status": effort.status.to_string(),
         "solver": effort.solver,
         "iterations": effort.iterations,
+        "rounds": effort.rounds,
         "variables": effort.variables,
         "constraints": effort.constraints,
         "seconds": {
@@ -120,9 +115,6 @@ fn effort(effort: &Effort, total: Duration) -> Value {
 
 fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
     let mut object = effort(&plan.effort, total);
-    let violation = plan.largest_violation.as_ref().map(|v| {
-        json!({"limit": v.limit, "time_s": v.time_s, "value": v.value, "bound": v.bound, "relative": v.relative()})
-    });
     let by_state: Map<String, Value> = (plan.end_miss.states.iter())
         .map(|miss| {
             (
@@ -132,11 +124,33 @@ fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
         })
         .collect();
     object["duration_s"] = json!(plan.solution.duration_s);
-    object["largest_violation"] = json!(violation);
+    object["largest_violation"] = json!(
+        plan.section
+            .certificate
+            .tightest()
+            .map(|proof| proof.relative())
+    );
+    object["finer_mesh"] = json!(plan.finer.map(|finer| {
+        json!({"points": finer.points, "duration_s": finer.duration_s, "relative_change": plan.change_to_finer()})
+    }));
+    let h = &plan.hamiltonian;
+    object["hamiltonian"] =
+        json!({"mean": h.mean, "rms_deviation": h.spread, "largest_deviation": h.largest});
+    object["played"] = match &plan.played {
+        Ok(played) => json!({
+            "coordinate": played.coordinate,
+            "miss": played.miss,
+            "residual": played.residual,
+            "residual_is_strain": played.strain,
+            "limited_ticks": played.limited_ticks,
+        }),
+        Err(error) => json!({"error": error.to_string()}),
+    };
     object["end_miss"] = json!(plan.end_miss.largest());
     object["end_miss_relative"] = json!(plan.end_miss.worst().map(|miss| miss.relative()));
     object["end_miss_by_state"] = Value::Object(by_state);
     object["warning"] = json!(plan.warning());
+    object["certificate"] = verify::object(&plan.section.certificate);
     object["trajectory"] = json!(out.display().to_string());
     object
 }
@@ -157,7 +171,11 @@ pub(super) fn failed(failure: &(dyn std::error::Error + 'static), total: Duratio
             object["saturated"] = json!(saturated);
             object
         }
-        Some(PlanError::Missed { effort: spent, .. } | PlanError::Check { effort: spent, .. }) => {
+        Some(
+            PlanError::Missed { effort: spent, .. }
+            | PlanError::Check { effort: spent, .. }
+            | PlanError::NotCertified { effort: spent, .. },
+        ) => {
             let mut object = effort(spent, total);
             object["status"] = json!("inaccurate");
             object
@@ -172,6 +190,7 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
     let Effort {
         solver,
         iterations,
+        rounds,
         variables,
         constraints,
         setup,
@@ -180,7 +199,7 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
         ..
     } = &plan.effort;
     let mut text = format!(
-        "{:.3} ms, written to {}\n  {solver}: {iterations} iterations, {variables} variables, {constraints} constraints\n",
+        "{:.3} ms, written to {}\n  {solver}: {iterations} iterations in {rounds} rounds, {variables} variables, {constraints} constraints\n",
         plan.solution.duration_s * 1e3,
         out.display()
     );
@@ -198,20 +217,13 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
             worst.name
         );
     }
-    if let Some(v) = &plan.largest_violation {
-        let relation = if v.relative() > 0.0 {
-            "exceeds"
-        } else {
-            "stays inside"
-        };
-        text += &format!(
-            "  between the points {} {relation} its limit by {:.2} % at {:.3} ms ({:.6} against {:.6})\n",
-            v.limit,
-            v.relative().abs() * 100.0,
-            v.time_s * 1e3,
-            v.value,
-            v.bound
-        );
+    for line in [
+        plan.section.certificate.verdict(),
+        plan.finer_in_words(),
+        plan.hamiltonian_in_words(),
+        plan.played_in_words(),
+    ] {
+        text += &format!("  {line}\n");
     }
     text
 }

@@ -2,6 +2,7 @@
 
 use super::equations::{self, Equations};
 use super::{Coordinate, Machine, Output};
+use crate::autodiff::{Scalar, Taylor};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -48,6 +49,8 @@ pub trait Plant: Send + Sync {
     fn joint_rates(&self, q: &[f64], v: &[f64]) -> Vec<f64>;
     /// Output values.
     fn output_values(&self, q: &[f64]) -> Vec<f64>;
+    /// Output values and their first two derivatives over a stretch of time, rounding included, from the coordinates'.
+    fn output_enclosures(&self, q: &[Taylor]) -> Vec<Taylor>;
 }
 
 impl<M: Machine> Plant for M {
@@ -127,6 +130,12 @@ impl<M: Machine> Plant for M {
 
     fn output_values(&self, q: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; Machine::outputs(self).len()];
+        Machine::output_values(self, q, &mut out);
+        out
+    }
+
+    fn output_enclosures(&self, q: &[Taylor]) -> Vec<Taylor> {
+        let mut out = vec![Taylor::constant(0.0); Machine::outputs(self).len()];
         Machine::output_values(self, q, &mut out);
         out
     }

@@ -6,7 +6,7 @@
 //! | `[limits]` | torque, torque rate and speed of every axis; the machine's own limits, which may be left out |
 //! | `[move]` | `from` and `to`: poses, with the machine's names |
 //! | `[mesh]` | `intervals`, `points` |
-//! | `[solver]` | `tolerance`, `max_iterations`; may be left out |
+//! | `[solver]` | `limits` (`"everywhere"` or `"nodes"`), `tolerance`, `max_iterations`; may be left out |
 //! | `[drive]` | the simulated drives; may be left out |
 //!
 //! SI units, in the names of the keys. A [`MoveFile`] that exists is valid: every number is possible, the machine can
@@ -26,7 +26,7 @@ pub use error::{MoveFileError, Problem};
 pub use kind::MachineKind;
 pub use limits::Limits;
 pub use place::Place;
-pub use settings::{Mesh, Solver};
+pub use settings::{LimitsAt, Mesh, Solver};
 
 use crate::simulate::DriveSettings;
 use error::Fault;

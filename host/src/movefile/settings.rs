@@ -3,6 +3,7 @@
 use super::error::{Fault, Problem};
 use super::section::Section;
 use crate::simulate::DriveSettings;
+use clap::ValueEnum;
 use serde::Deserialize;
 use std::ops::RangeInclusive;
 
@@ -15,9 +16,22 @@ pub struct Mesh {
     pub points: usize,
 }
 
+/// Where the planner imposes the limits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum LimitsAt {
+    /// At the collocation points and between them
+    #[default]
+    Everywhere,
+    /// At the collocation points only, as the paper does: between them they are exceeded, and a board refuses that
+    Nodes,
+}
+
 /// How exactly and how long the solver works.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solver {
+    /// Where the limits are imposed.
+    pub limits: LimitsAt,
     /// Relative tolerance on constraints and optimality.
     pub tolerance: f64,
     /// Iterations after which it gives up.
@@ -27,6 +41,7 @@ pub struct Solver {
 impl Default for Solver {
     fn default() -> Self {
         Self {
+            limits: LimitsAt::default(),
             tolerance: 1e-6,
             max_iterations: 2000,
         }
@@ -43,6 +58,7 @@ struct MeshTable {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SolverTable {
+    limits: Option<LimitsAt>,
     tolerance: Option<f64>,
     max_iterations: Option<i64>,
 }
@@ -80,6 +96,7 @@ impl Solver {
             None => default.max_iterations,
         };
         Ok(Self {
+            limits: table.limits.unwrap_or(default.limits),
             tolerance,
             max_iterations,
         })

@@ -105,6 +105,7 @@ impl Problem {
             && self.integer(c"max_iter", iterations)
             && self.number(c"tol", settings.tolerance)
             && self.number(c"acceptable_tol", settings.tolerance * 100.0)
+            && self.number(c"mu_target", settings.least_barrier)
             // The solver would relax bounds by 1e-8: limits are limits.
             && self.number(c"bound_relax_factor", 0.0);
         if let Some(WarmStart { barrier, distance }) = warm {

@@ -69,12 +69,17 @@ pub struct Settings {
     pub tolerance: f64,
     /// Most iterations.
     pub max_iterations: usize,
+    /// Where an interior-point solver stops lowering its barrier; 0 lets it go on to the bounds as far as it can. A value
+    /// below the tolerance still meets the tolerance.
+    pub least_barrier: f64,
 }
 
 impl Settings {
     /// Whether a solver can aim at this.
     fn possible(&self) -> bool {
-        self.tolerance > 0.0 && self.tolerance.is_finite()
+        self.tolerance > 0.0
+            && self.tolerance.is_finite()
+            && (0.0..1.0).contains(&self.least_barrier)
     }
 }
 

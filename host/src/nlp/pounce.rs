@@ -100,6 +100,7 @@ fn configure(
     let mut number = |key, value| options.set_numeric_value(key, value, true, true);
     number("tol", settings.tolerance)?;
     number("acceptable_tol", settings.tolerance * 100.0)?;
+    number("mu_target", settings.least_barrier)?;
     // The solver would relax bounds by 1e-8: limits are limits.
     number("bound_relax_factor", 0.0)?;
     if let Some(WarmStart { barrier, distance }) = warm {

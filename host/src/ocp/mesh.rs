@@ -47,6 +47,16 @@ impl Mesh {
         Self { intervals }
     }
 
+    /// The same intervals with more points in each.
+    #[must_use]
+    pub fn with_more_points(&self, more: usize) -> Self {
+        let mut finer = self.clone();
+        for interval in &mut finer.intervals {
+            interval.points += more;
+        }
+        finer
+    }
+
     /// The intervals.
     #[must_use]
     pub fn intervals(&self) -> &[Interval] {

@@ -6,6 +6,7 @@
 //!            x(0), x(T) and T each free, bounded or fixed.
 //! ```
 
+use super::sample::Limited;
 use std::fmt::Debug;
 
 /// Lower and upper bound; equal for a fixed quantity, infinite for a free one.
@@ -52,6 +53,31 @@ impl Bounds {
     #[must_use]
     pub fn violation(&self, value: f64) -> f64 {
         (self.lower - value).max(value - self.upper).max(0.0)
+    }
+
+    /// Half the distance of the bounds; the magnitude of the only one; infinite without any.
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        match (self.lower.is_finite(), self.upper.is_finite()) {
+            (true, true) => (self.upper - self.lower) / 2.0,
+            (true, false) => self.lower.abs(),
+            (false, true) => self.upper.abs(),
+            (false, false) => f64::INFINITY,
+        }
+    }
+
+    /// How far outside a value is as a share of [`Bounds::size`]; negative inside, minus infinity without bounds.
+    #[must_use]
+    pub fn excess(&self, value: f64) -> f64 {
+        (self.lower - value).max(value - self.upper) / self.size().max(f64::MIN_POSITIVE)
+    }
+
+    /// Drawn in on each side by a share of their size.
+    #[must_use]
+    pub fn tightened(&self, share: f64) -> Self {
+        let size = self.size();
+        let by = if size.is_finite() { share * size } else { 0.0 };
+        Self::new(self.lower + by, self.upper - by)
     }
 }
 
@@ -149,6 +175,8 @@ pub struct OptimalControlProblem {
     pub controls: Vec<Quantity>,
     /// Path function, with bounds.
     pub path: Vec<Quantity>,
+    /// Path functions that are rates of something played as a polynomial of its own, whose slope their bounds hold too.
+    pub rates: Vec<usize>,
     /// End function, with bounds.
     pub ends: Vec<Quantity>,
     /// Bounds of x(0).
@@ -157,6 +185,55 @@ pub struct OptimalControlProblem {
     pub terminal: Vec<Bounds>,
     /// Bounds of T, s.
     pub duration_s: Bounds,
+}
+
+impl OptimalControlProblem {
+    /// Whether a path function depends on the control.
+    pub(super) fn path_needs_control(&self, row: usize) -> bool {
+        let own = self.sizes.states + row;
+        let mut entries = self.stage.structure().jacobian.iter();
+        entries.any(|&(r, c)| r == own && c >= self.sizes.states)
+    }
+
+    /// Everything with a finite bound that holds all along.
+    pub(super) fn limited(&self) -> impl Iterator<Item = Limited> + '_ {
+        let Sizes {
+            states,
+            controls,
+            path,
+            ..
+        } = self.sizes;
+        let all = (0..states).map(Limited::State);
+        let all = all.chain((0..controls).map(Limited::Control));
+        let all = all.chain((0..path).map(Limited::Path));
+        let all = all.chain(self.rates.iter().copied().map(Limited::Slope));
+        all.filter(|&limited| self.bounds_of(limited).size().is_finite())
+    }
+
+    /// Its bounds.
+    pub(super) fn bounds_of(&self, limited: Limited) -> Bounds {
+        self.quantity(limited).bounds
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn quantity(&self, limited: Limited) -> &Quantity {
+        match limited {
+            Limited::State(i) => &self.states[i],
+            Limited::Control(i) => &self.controls[i],
+            Limited::Path(i) | Limited::Slope(i) => &self.path[i],
+        }
+    }
+
+    /// The same with all limits that hold all along drawn in by a share of their size.
+    #[must_use]
+    pub fn tightened(mut self, share: f64) -> Self {
+        let quantities = self.states.iter_mut().chain(&mut self.controls);
+        for quantity in quantities.chain(&mut self.path) {
+            quantity.bounds = quantity.bounds.tightened(share);
+        }
+        self
+    }
 }
 
 impl Debug for OptimalControlProblem {

@@ -81,20 +81,27 @@ impl Solution {
     /// State polynomials at a place.
     #[must_use]
     pub fn state_at(&self, place: Place) -> Vec<f64> {
+        combine(&self.states, place.first_point, &self.bases(place).0)
+    }
+
+    /// Bases of the state polynomials (N + 1) and of the control polynomials (N) at a place.
+    pub(super) fn bases(&self, place: Place) -> (Vec<f64>, Vec<f64>) {
         let rule = &self.rules[place.interval];
-        let mut basis = vec![0.0; rule.support.len()];
-        lagrange_basis(&rule.support, &rule.barycentric, place.local, &mut basis);
-        combine(&self.states, place.first_point, &basis)
+        let (mut states, mut controls) = (vec![0.0; rule.support.len()], vec![0.0; rule.points()]);
+        lagrange_basis(&rule.support, &rule.barycentric, place.local, &mut states);
+        lagrange_basis(
+            &rule.support[..rule.points()],
+            &rule.control_barycentric,
+            place.local,
+            &mut controls,
+        );
+        (states, controls)
     }
 
     /// Control polynomials at a place: through the collocation points, extrapolated to the end of the interval.
     #[must_use]
     pub fn control_at(&self, place: Place) -> Vec<f64> {
-        let rule = &self.rules[place.interval];
-        let nodes = &rule.support[..rule.points()];
-        let mut basis = vec![0.0; nodes.len()];
-        lagrange_basis(nodes, &rule.control_barycentric, place.local, &mut basis);
-        combine(&self.controls, place.first_point, &basis)
+        combine(&self.controls, place.first_point, &self.bases(place).1)
     }
 
     /// State polynomials at a share of the duration.

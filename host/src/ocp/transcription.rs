@@ -7,21 +7,26 @@
 //! Σⱼ D_ij xⱼ − (w T / 2) f(x_i, u_i) = 0
 //! ```
 //!
-//! and the path function; at the end the path function where it does not need a control; then the end function.
+//! and the path function; at the end the path function where it does not need a control; then the end function; then
+//! limits at places between the points ([`Sample`]).
 //! The running cost is integrated by the rule's quadrature.
 
 use super::guess::Guess;
 use super::lgr::Rule;
 use super::mesh::Mesh;
 use super::problem::{Bounds, OptimalControlProblem};
+use super::sample::{Limited, Sample, SampleRow};
 use super::scaling::Scaling;
 use super::solution::Solution;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
 mod nlp;
+mod samples;
 mod structure;
+mod transfer;
 pub use nlp::CollocationNlp;
+pub use transfer::Hamiltonian;
 
 /// A problem on a mesh.
 #[derive(Debug)]
@@ -31,8 +36,11 @@ pub struct Transcription {
     pub(super) rules: Vec<Rule>,
     pub(super) scaling: Scaling,
     pub(super) points: Vec<Point>,
-    /// Path rows that can be imposed at the end, where there is no control.
+    /// Path functions imposed at the points.
+    pub(super) point_path: Vec<usize>,
+    /// Those of them that can be imposed at the end, where there is no control.
     pub(super) end_path: Vec<usize>,
+    pub(super) samples: Vec<SampleRow>,
 }
 
 /// A collocation point.
@@ -106,20 +114,65 @@ impl Transcription {
                 half_share: spec.fraction / 2.0,
             }));
         }
-        let sizes = problem.sizes;
-        let needs_control = |row: usize| {
-            let mut entries = problem.stage.structure().jacobian.iter();
-            entries.any(|&(r, c)| r == sizes.states + row && c >= sizes.states)
-        };
-        let end_path = (0..sizes.path).filter(|&row| !needs_control(row)).collect();
+        let all: Vec<usize> = (0..problem.sizes.path).collect();
         Self {
             problem,
             mesh,
             rules,
             scaling,
             points,
-            end_path,
+            point_path: Vec::new(),
+            end_path: Vec::new(),
+            samples: Vec::new(),
         }
+        .with_path(all)
+    }
+
+    /// The same with these path functions alone imposed at the points, in ascending order: the others are not limited there.
+    #[must_use]
+    pub fn with_path(mut self, rows: Vec<usize>) -> Self {
+        let at_end = rows
+            .iter()
+            .copied()
+            .filter(|&row| !self.problem.path_needs_control(row));
+        self.end_path = at_end.collect();
+        self.point_path = rows;
+        self
+    }
+
+    /// The same with limits at places between the points, in place of any it had.
+    #[must_use]
+    pub fn with_samples(mut self, samples: &[Sample]) -> Self {
+        let mut firsts = vec![0; self.rules.len()];
+        for point in &self.points {
+            firsts[point.interval] = point.first;
+        }
+        let rows = samples.iter().map(|sample| {
+            let on_points = match sample.limited {
+                Limited::State(_) => false,
+                Limited::Control(_) | Limited::Slope(_) => true,
+                Limited::Path(row) => self.problem.path_needs_control(row),
+            };
+            let rule = &self.rules[sample.interval];
+            SampleRow::new(*sample, firsts[sample.interval], rule, on_points)
+        });
+        self.samples = rows.collect();
+        self
+    }
+
+    /// The mesh.
+    #[must_use]
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The same problem, scaling, path functions and samples on another mesh of as many intervals.
+    #[must_use]
+    pub fn on_mesh(&self, mesh: Mesh) -> Self {
+        let samples: Vec<Sample> = self.samples.iter().map(|row| row.sample).collect();
+        Self::with_scaling(Arc::clone(&self.problem), mesh, self.scaling.clone())
+            .with_path(self.point_path.clone())
+            .with_samples(&samples)
     }
 
     /// The scaling in use.
@@ -148,7 +201,16 @@ impl Transcription {
     }
 
     pub(super) fn rows_per_point(&self) -> usize {
-        self.problem.sizes.states + self.problem.sizes.path
+        self.problem.sizes.states + self.point_path.len()
+    }
+
+    /// Row, among those of a point, of a stage value: of f, or of a path function imposed at the points.
+    pub(super) fn point_row(&self, value: usize) -> Option<usize> {
+        let states = self.problem.sizes.states;
+        match value.checked_sub(states) {
+            None => Some(value),
+            Some(path) => Some(states + self.point_path.binary_search(&path).ok()?),
+        }
     }
 
     pub(super) fn end_rows(&self) -> usize {
@@ -158,7 +220,22 @@ impl Transcription {
     /// Number of constraints.
     #[must_use]
     pub fn constraints(&self) -> usize {
+        self.sample_rows() + self.samples.len()
+    }
+
+    /// First row of the samples.
+    pub(super) fn sample_rows(&self) -> usize {
         self.end_rows() + self.end_path.len() + self.problem.sizes.endpoint
+    }
+
+    /// Scale and name of what a sample limits.
+    fn limited(&self, limited: Limited) -> (f64, &str) {
+        let scale = match limited {
+            Limited::State(i) => self.scaling.states[i],
+            Limited::Control(i) => self.scaling.controls[i],
+            Limited::Path(i) | Limited::Slope(i) => self.scaling.path[i],
+        };
+        (scale, &self.problem.quantity(limited).name)
     }
 
     /// Scale of a stage variable (x then u).
@@ -259,12 +336,14 @@ impl Transcription {
         let Some(at) = self.points.get(point) else {
             return 1.0;
         };
-        let before: f64 = self.mesh.intervals()[..at.interval]
-            .iter()
-            .map(|i| i.fraction)
-            .sum();
-        let local = self.rules[at.interval].support[at.index];
-        before + at.half_share * (local + 1.0)
+        self.share_of(at.interval, self.rules[at.interval].support[at.index])
+    }
+
+    /// Share of the duration at a place.
+    fn share_of(&self, interval: usize, local: f64) -> f64 {
+        let (before, from) = self.mesh.intervals().split_at(interval);
+        let before: f64 = before.iter().map(|i| i.fraction).sum();
+        before + from[0].fraction / 2.0 * (local + 1.0)
     }
 
     /// What each row means.
@@ -294,7 +373,7 @@ impl Transcription {
                         bounds: Bounds::fixed(0.0),
                     }),
             );
-            rows.extend((0..problem.sizes.path).map(|row| path(row, share)));
+            rows.extend(self.point_path.iter().map(|&row| path(row, share)));
         }
         rows.extend(self.end_path.iter().map(|&row| path(row, 1.0)));
         rows.extend(
@@ -310,6 +389,16 @@ impl Transcription {
                     bounds: end.bounds,
                 }),
         );
+        rows.extend(self.samples.iter().map(|row| {
+            let (scale, name) = self.limited(row.sample.limited);
+            RowMeaning {
+                name: name.to_owned(),
+                defect: false,
+                share: self.share_of(row.sample.interval, row.sample.local),
+                scale,
+                bounds: row.sample.bounds,
+            }
+        }));
         rows
     }
 

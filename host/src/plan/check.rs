@@ -1,35 +1,11 @@
-//! Is the answer true? Two checks that the solver knows nothing of: the dynamics integrated with error control under
-//! the interpolated control, and every limit sampled between the points.
+//! Is the answer true? A check that the solver knows nothing of: the dynamics integrated with error control under the
+//! interpolated control.
 
 use crate::ocp::{OptimalControlProblem, Solution};
 use crate::simulate::ode::{OdeError, Tolerance, integrate};
 
-/// Samples per interval when limits are looked at between the points.
-const SAMPLES_PER_INTERVAL: usize = 100;
-
 /// Relative accuracy of the integration.
 const INTEGRATION_TOLERANCE: f64 = 1e-10;
-
-/// The limit that is exceeded most, or, if none is, the one that comes closest.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LargestViolation {
-    /// Name of the limited quantity, with unit.
-    pub limit: String,
-    /// Moment, s.
-    pub time_s: f64,
-    /// Value there.
-    pub value: f64,
-    /// Bound that it exceeds or approaches.
-    pub bound: f64,
-}
-
-impl LargestViolation {
-    /// Excess over the bound relative to the bound; negative inside.
-    #[must_use]
-    pub fn relative(&self) -> f64 {
-        excess(self.value, self.bound)
-    }
-}
 
 /// Where the machine really ends, against where it should.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,56 +105,4 @@ pub fn end_miss(problem: &OptimalControlProblem, solution: &Solution) -> Result<
             })
             .collect(),
     })
-}
-
-/// Samples every bounded state, control and path quantity densely, ends of the intervals included.
-#[must_use]
-pub fn largest_violation(
-    problem: &OptimalControlProblem,
-    solution: &Solution,
-) -> Option<LargestViolation> {
-    let sizes = problem.sizes;
-    let mut worst: Option<LargestViolation> = None;
-    let mut start_share = 0.0;
-    let mut values = vec![0.0; sizes.stage_values()];
-    for spec in solution.mesh.intervals() {
-        let middle = solution.place(start_share + spec.fraction / 2.0);
-        for sample in 0..=SAMPLES_PER_INTERVAL {
-            let local = 2.0 * sample as f64 / SAMPLES_PER_INTERVAL as f64 - 1.0;
-            let mut place = middle;
-            place.local = local;
-            let time_s = (start_share + spec.fraction * (local + 1.0) / 2.0) * solution.duration_s;
-            let (x, u) = (solution.state_at(place), solution.control_at(place));
-            let z: Vec<f64> = x.iter().chain(&u).copied().collect();
-            problem.stage.values(&z, &mut values);
-            let path = &values[sizes.states..sizes.states + sizes.path];
-            let quantities = (problem.states.iter().zip(&x))
-                .chain(problem.controls.iter().zip(&u))
-                .chain(problem.path.iter().zip(path));
-            for (quantity, &value) in quantities {
-                for (bound, reached) in [
-                    (quantity.bounds.upper, value),
-                    (quantity.bounds.lower, value),
-                ] {
-                    let candidate = excess(reached, bound);
-                    if bound.is_finite() && worst.as_ref().is_none_or(|w| candidate > w.relative())
-                    {
-                        worst = Some(LargestViolation {
-                            limit: quantity.name.clone(),
-                            time_s,
-                            value,
-                            bound,
-                        });
-                    }
-                }
-            }
-        }
-        start_share += spec.fraction;
-    }
-    worst
-}
-
-/// Excess of a value over a bound on its side, relative to the bound; all our bounds lie on both sides of zero.
-fn excess(value: f64, bound: f64) -> f64 {
-    value * bound.signum() / bound.abs() - 1.0
 }

@@ -1,24 +1,32 @@
 //! Planning a move: problem, first guess, solve, check, trajectory.
 
+mod attempt;
 mod check;
 mod diagnosis;
+mod figures;
 mod guess;
+mod played;
 mod problem;
 mod trajectory;
 
-pub use check::{EndMiss, LargestViolation, StateMiss, end_miss, largest_violation};
+pub use check::{EndMiss, StateMiss, end_miss};
 pub use diagnosis::{Diagnosis, Saturation, Violation};
+pub use figures::Finer;
 pub use guess::{quintic_guess, rigid_duration_s};
+pub use played::{Played, PlayedError};
 pub use problem::move_problem;
 pub use trajectory::{ConversionError, trajectory};
 
-use crate::movefile::MoveFile;
-use crate::nlp::{Iteration, NlpSolver, Settings, Status};
-use crate::ocp::{CollocationNlp, Guess, Mesh, OptimalControlProblem, Solution, Transcription};
+use crate::certify::{Certificate, CertifyError, Coordinates, certify};
+use crate::movefile::{LimitsAt, MoveFile};
+use crate::nlp::{Iteration, NlpSolver, Status};
+use crate::ocp::{Guess, Hamiltonian, Solution};
 use crate::simulate::ode::OdeError;
+use crate::sptfile::Section;
+use attempt::{Attempt, Solved};
+use played::played;
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 use stillpoint_shared::Trajectory;
 
@@ -32,6 +40,10 @@ const ITERATIONS_PER_GUESS: usize = 150;
 /// Guessed duration, s, when the straight line between the poses gives no estimate.
 const GUESS_WITHOUT_ESTIMATE_S: f64 = 0.25;
 
+/// Shares of the limits by which they are drawn in so that they hold everywhere: the next one if with one what is shipped
+/// cannot be certified, or the executor's limiter might act on it.
+const MARGINS: [f64; 3] = [2e-4, 1e-3, 5e-3];
+
 /// Share of its range by which a coordinate may miss its end before the user is warned, and before the plan is refused.
 const DOUBTFUL_MISS: f64 = 0.01;
 const REFUSED_MISS: f64 = 0.5;
@@ -43,12 +55,18 @@ pub struct Plan {
     pub solution: Solution,
     /// What the board plays.
     pub trajectory: Trajectory,
+    /// What is stored beside it: the machine's coordinates, and what is proved.
+    pub section: Section,
     /// Solver and its effort.
     pub effort: Effort,
     /// Where the machine ends when the dynamics are integrated under the planned control.
     pub end_miss: EndMiss,
-    /// The limit exceeded most between the points.
-    pub largest_violation: Option<LargestViolation>,
+    /// The duration on a finer mesh, if the solver ended there.
+    pub finer: Option<Finer>,
+    /// The Hamiltonian, from the multipliers.
+    pub hamiltonian: Hamiltonian,
+    /// What the executor made of the shipped trajectory.
+    pub played: Result<Played, PlayedError>,
 }
 
 impl Plan {
@@ -78,6 +96,8 @@ pub struct Effort {
     pub status: Status,
     /// Iterations.
     pub iterations: usize,
+    /// Programs solved: one for every first guess, and with limits everywhere one for every set of places.
+    pub rounds: usize,
     /// Variables of the nonlinear program.
     pub variables: usize,
     /// Constraints.
@@ -120,15 +140,29 @@ pub enum PlanError {
         /// What was spent.
         effort: Box<Effort>,
     },
+    /// The limits could not be made to hold between the points.
+    #[error(
+        "the plan does not hold: {tightest}. Try a finer mesh ([mesh] intervals, points), or plan with limits at the points only \
+         (`--limits nodes`), which a board refuses"
+    )]
+    NotCertified {
+        /// The limit that is exceeded most, in words.
+        tightest: String,
+        /// What was spent.
+        effort: Box<Effort>,
+    },
     /// The answer does not fit the board.
     #[error(transparent)]
     Conversion(#[from] ConversionError),
+    /// The answer cannot be certified, whatever it is.
+    #[error(transparent)]
+    Certify(#[from] CertifyError),
 }
 
 /// Sees an iteration and the duration (s) that the move has there; `false` ends the solve.
 pub type Progress = Box<dyn FnMut(&Iteration, f64) -> bool>;
 
-/// Plans the fastest move of a file, with limits at the LGR points.
+/// Plans the fastest move of a file, with limits where its `[solver]` table wants them.
 ///
 /// # Errors
 /// [`PlanError`].
@@ -138,20 +172,43 @@ pub fn plan(
     progress: Progress,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
-    let problem: Arc<OptimalControlProblem> = Arc::new(move_problem(file));
-    let estimate_s = rigid_duration_s(file).unwrap_or(GUESS_WITHOUT_ESTIMATE_S);
     let progress = Rc::new(RefCell::new(progress));
+    let attempt = Attempt::new(file, solver, &progress, MARGINS[0]);
     let mut effort = Effort {
         solver: solver.name(),
         status: Status::Invalid,
         iterations: 0,
+        rounds: 0,
         variables: 0,
         constraints: 0,
         setup: started.elapsed(),
         solve: Duration::ZERO,
         check: Duration::ZERO,
     };
-    let mut failure: Option<Diagnosis> = None;
+    let mut solved = from_first_guesses(file, &attempt, &mut effort)?;
+    let mut shipped = Shipped::of(file, &solved.solution)?;
+    for margin in &MARGINS[1..] {
+        if shipped.is_as_wanted(file) {
+            break;
+        }
+        let attempt = Attempt::new(file, solver, &progress, *margin);
+        let guess = Guess::from_solution(solved.solution);
+        let left = file.solver.max_iterations.saturating_sub(effort.iterations);
+        let again = attempt.solve(&guess, left, &mut effort);
+        solved = again.map_err(|diagnosis| PlanError::unsolved(diagnosis, &effort))?;
+        shipped = Shipped::of(file, &solved.solution)?;
+    }
+    checked(file, &attempt, solved, shipped, effort)
+}
+
+/// Solves from one first guess after the other.
+fn from_first_guesses(
+    file: &MoveFile,
+    attempt: &Attempt<'_>,
+    effort: &mut Effort,
+) -> Result<Solved, PlanError> {
+    let estimate_s = rigid_duration_s(file).unwrap_or(GUESS_WITHOUT_ESTIMATE_S);
+    let mut failure = None;
     for (index, slowness) in GUESS_SLOWNESS.into_iter().enumerate() {
         let left = file.solver.max_iterations - effort.iterations;
         let last = index + 1 == GUESS_SLOWNESS.len();
@@ -161,17 +218,8 @@ pub fn plan(
             left.min(ITERATIONS_PER_GUESS)
         };
         let guess = quintic_guess(file, estimate_s * slowness);
-        let attempt = attempt(
-            file,
-            &problem,
-            &guess,
-            iterations,
-            solver,
-            &progress,
-            &mut effort,
-        );
-        match attempt {
-            Ok(solution) => return checked(file, &problem, solution, effort),
+        match attempt.solve(&guess, iterations, effort) {
+            Ok(solved) => return Ok(solved),
             Err(diagnosis) => {
                 let stopped = diagnosis.status == Status::Stopped;
                 failure = Some(diagnosis);
@@ -181,66 +229,77 @@ pub fn plan(
             }
         }
     }
-    let Some(mut diagnosis) = failure else {
+    let Some(diagnosis) = failure else {
         unreachable!("there is at least one first guess");
     };
-    diagnosis.iterations = effort.iterations;
-    Err(PlanError::Unsolved(Box::new(diagnosis), Box::new(effort)))
+    Err(PlanError::unsolved(diagnosis, effort))
 }
 
-/// Solves from one first guess and adds what it cost to `effort`.
-fn attempt(
-    file: &MoveFile,
-    problem: &Arc<OptimalControlProblem>,
-    guess: &Guess,
-    max_iterations: usize,
-    solver: &dyn NlpSolver,
-    progress: &Rc<RefCell<Progress>>,
-    effort: &mut Effort,
-) -> Result<Solution, Diagnosis> {
-    let started = Instant::now();
-    let mesh = Mesh::uniform(file.mesh.intervals, file.mesh.points);
-    let transcription = Arc::new(Transcription::new(Arc::clone(problem), mesh, guess));
-    let start = transcription.unknowns(guess);
-    let nlp = CollocationNlp::new(Arc::clone(&transcription), start, None);
-    effort.variables = transcription.variables();
-    effort.constraints = transcription.constraints();
-    effort.setup += started.elapsed();
-
-    let started = Instant::now();
-    let settings = Settings {
-        tolerance: file.solver.tolerance,
-        max_iterations,
-    };
-    let seconds_per_objective = transcription.scaling().objective;
-    let (progress, before) = (Rc::clone(progress), effort.iterations);
-    let monitor = Box::new(move |iteration: &Iteration| {
-        let counted = Iteration {
-            number: before + iteration.number,
-            ..*iteration
-        };
-        (progress.borrow_mut())(&counted, iteration.objective * seconds_per_objective)
-    });
-    let outcome = solver.solve(Box::new(nlp.clone()), &settings, monitor);
-    effort.status = outcome.status;
-    effort.iterations += outcome.iterations;
-    effort.solve += started.elapsed();
-    if outcome.status == Status::Solved {
-        Ok(transcription.solution(&outcome.x))
-    } else {
-        Err(Diagnosis::of(&transcription, &nlp, &outcome))
+impl PlanError {
+    fn unsolved(mut diagnosis: Box<Diagnosis>, effort: &Effort) -> Self {
+        diagnosis.iterations = effort.iterations;
+        Self::Unsolved(diagnosis, Box::new(effort.clone()))
     }
 }
 
-/// Checks a solution and makes the trajectory of it.
+/// What is written into the file.
+struct Shipped {
+    trajectory: Trajectory,
+    coordinates: Coordinates,
+    certificate: Certificate,
+}
+
+impl Shipped {
+    fn of(file: &MoveFile, solution: &Solution) -> Result<Self, PlanError> {
+        let plant = file.machine.plant();
+        let trajectory = trajectory(plant, &file.limits, solution, 1)?;
+        let coordinates = Coordinates::of(solution, plant.axis_count());
+        let certificate = certify(&trajectory, &coordinates, &file.limits, plant)?;
+        Ok(Self {
+            trajectory,
+            coordinates,
+            certificate,
+        })
+    }
+
+    fn is_as_wanted(&self, file: &MoveFile) -> bool {
+        file.solver.limits == LimitsAt::Nodes
+            || self.certificate.is_certified() && self.certificate.limiter_never_acts()
+    }
+}
+
+/// Checks an answer and what is shipped of it.
 fn checked(
     file: &MoveFile,
-    problem: &OptimalControlProblem,
-    solution: Solution,
+    attempt: &Attempt<'_>,
+    solved: Solved,
+    shipped: Shipped,
     mut effort: Effort,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
-    let end_miss = match end_miss(problem, &solution) {
+    if let Some(tightest) = shipped.certificate.tightest()
+        && !shipped.certificate.is_certified()
+        && file.solver.limits == LimitsAt::Everywhere
+    {
+        return Err(PlanError::NotCertified {
+            tightest: tightest.to_string(),
+            effort: Box::new(effort),
+        });
+    }
+    // The solver works on one core most of the time.
+    let (miss, played, finer) = std::thread::scope(|scope| {
+        let checks = scope.spawn(|| {
+            let miss = end_miss(&move_problem(file), &solved.solution);
+            (miss, played(file, &shipped.trajectory))
+        });
+        let finer = attempt.finer(&solved);
+        let (miss, played) = checks
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        (miss, played, finer)
+    });
+    effort.check = started.elapsed();
+    let end_miss = match miss {
         Ok(miss) => miss,
         Err(source) => {
             let effort = Box::new(effort);
@@ -258,14 +317,17 @@ fn checked(
             effort: Box::new(effort),
         });
     }
-    let largest_violation = largest_violation(problem, &solution);
-    let trajectory = trajectory(file.machine.plant(), &file.limits, &solution, 1)?;
-    effort.check = started.elapsed();
     Ok(Plan {
-        solution,
-        trajectory,
+        hamiltonian: solved.transcription.hamiltonian(&solved.outcome),
+        solution: solved.solution,
+        trajectory: shipped.trajectory,
+        section: Section {
+            coordinates: shipped.coordinates,
+            certificate: shipped.certificate,
+        },
         effort,
         end_miss,
-        largest_violation,
+        finer,
+        played,
     })
 }

@@ -65,6 +65,15 @@ pub struct Recording {
     pub commands: Vec<Command>,
 }
 
+impl Recording {
+    /// Ticks in which the executor's limiter acted on any axis.
+    #[must_use]
+    pub fn limited_ticks(&self) -> usize {
+        let limited = |command: &&Command| command.limited.iter().any(|flags| !flags.is_empty());
+        self.commands.iter().filter(limited).count()
+    }
+}
+
 /// What the executor sent to the drives in one tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Command {

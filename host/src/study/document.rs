@@ -1,10 +1,12 @@
 //! A study as people read it: table, figures and notes.
 
 use super::run::{Run, limit_row};
-use crate::movefile::{MoveFile, PAPER_MOVE};
+use crate::certify::{Certificate, HEADINGS};
+use crate::movefile::{LimitsAt, MoveFile, PAPER_MOVE};
 use crate::plan::Plan;
 use crate::report::{
-    Figure, Note, Report, SummaryRow, figures_of, number_like_the_paper, parameters_of, text_table,
+    Figure, Note, Proofs, Report, SummaryRow, figures_of, number_like_the_paper, parameters_of,
+    text_table,
 };
 use stillpoint_shared::{Trajectory, time};
 
@@ -30,12 +32,26 @@ pub struct Document<'a> {
     pub trajectory: &'a Trajectory,
     /// The plan, when it was made just now.
     pub plan: Option<&'a Plan>,
+    /// What is proved of the trajectory, if anything.
+    pub certificate: Option<&'a Certificate>,
     /// Runs that are drawn.
     pub drawn: &'a [Run],
     /// All rows of the table.
     pub rows: Vec<SummaryRow>,
     /// What a reader has to know besides.
     pub remarks: Vec<String>,
+}
+
+fn proofs(certificate: &Certificate) -> Proofs {
+    let rows = certificate.cells().into_iter().zip(&certificate.proofs);
+    Proofs {
+        verdict: certificate.verdict(),
+        certified: certificate.is_certified(),
+        headings: HEADINGS.map(str::to_owned).to_vec(),
+        rows: rows
+            .map(|(cells, proof)| (cells.to_vec(), proof.holds()))
+            .collect(),
+    }
 }
 
 impl Document<'_> {
@@ -76,6 +92,7 @@ impl Document<'_> {
             machine: self.file.machine.name().to_owned(),
             rows: self.rows.clone(),
             limit_row: Some(limit_row(self.file)),
+            proofs: self.certificate.map(proofs),
             figures: self.figures(),
             notes: self.notes(),
             parameters: parameters_of(self.file),
@@ -95,13 +112,17 @@ impl Document<'_> {
             notes.push(note(
                 "Planned",
                 format!(
-                    "{} by {} in {} iterations and {:.2} s; {} variables, {} constraints; limits at the collocation points.",
+                    "{} by {} in {} iterations and {:.2} s; {} variables, {} constraints; limits {}.",
                     effort.status,
                     effort.solver,
                     effort.iterations,
                     effort.solve.as_secs_f64(),
                     effort.variables,
-                    effort.constraints
+                    effort.constraints,
+                    match self.file.solver.limits {
+                        LimitsAt::Everywhere => "everywhere",
+                        LimitsAt::Nodes => "at the collocation points only",
+                    }
                 ),
                 false,
             ));
@@ -119,21 +140,12 @@ impl Document<'_> {
                 ),
                 plan.warning().is_some(),
             ));
-            if let Some(v) = &plan.largest_violation {
-                let text = if v.relative() > 0.0 {
-                    format!(
-                        "Between the collocation points {} exceeds its limit by {:.1} %: {:.4} against {:.4} at {:.3} ms.",
-                        v.limit,
-                        v.relative() * 100.0,
-                        v.value,
-                        v.bound,
-                        v.time_s * 1e3
-                    )
-                } else {
-                    "All limits hold at every sample between the collocation points.".to_owned()
-                };
-                notes.push(note("Limits", text, v.relative() > 0.0));
-            }
+            notes.push(note(
+                "Optimality",
+                format!("{} {}", plan.finer_in_words(), plan.hamiltonian_in_words()),
+                false,
+            ));
+            notes.push(note("Played", plan.played_in_words(), plan.played.is_err()));
         }
         notes.extend(
             self.remarks
@@ -141,10 +153,7 @@ impl Document<'_> {
                 .map(|text| note("Remark", text.clone(), true)),
         );
         for run in self.drawn {
-            let limited = run.recording.commands.iter();
-            let ticks = limited
-                .filter(|command| command.limited.iter().any(|flags| !flags.is_empty()))
-                .count();
+            let ticks = run.recording.limited_ticks();
             if ticks > 0 {
                 notes.push(note(
                     "Limiter",

@@ -107,7 +107,7 @@ pub enum Rejection {
         /// Largest magnitude allowed.
         tolerance: f32,
     },
-    /// A limit is exceeded at a node.
+    /// A limit is exceeded, at a node or between two of them.
     Exceeds {
         /// Where.
         at: Place,

@@ -39,6 +39,14 @@ struct Section {
     bytes: u32,
 }
 
+/// The idle loop; the drive loop at priority 2, which interrupts it; the receivers at priority 3, which interrupt both
+/// and not each other, the deeper one standing for both.
+const LEVELS: [&str; 3] = ["main", "SysTick", "USART3"];
+
+/// An exception's frame with the registers of the floating-point unit, and 4 bytes to align it: ARMv7-M Architecture
+/// Reference Manual, DDI 0403E, B1.5.7.
+const EXCEPTION_BYTES: u32 = 26 * 4 + 4;
+
 /// Where RAM begins; see memory.x.
 const RAM: std::ops::Range<u32> = 0x2000_0000..0x2002_0000;
 
@@ -128,6 +136,16 @@ impl Image {
             .into_iter()
             .chain(names.cloned())
             .collect()
+    }
+
+    /// Most bytes of stack that are ever in use: the deepest path of every level, each on top of the one it
+    /// interrupts, with what the exceptions put there, and a fault on top of all.
+    pub fn stack_bound(&self) -> Result<u32, StackError> {
+        let mut bytes = 0;
+        for handler in LEVELS {
+            bytes += self.stack_of(handler)?.bytes + EXCEPTION_BYTES;
+        }
+        Ok(bytes)
     }
 
     /// How deep the stack gets at most from the exception handler (or `Reset`) of this name, without what an exception

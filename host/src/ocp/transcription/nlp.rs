@@ -150,7 +150,7 @@ impl NlpProblem for CollocationNlp {
         let running: f64 = (0..t.points.len())
             .map(|p| {
                 self.cost_weight(p)
-                    * self.values.values[p * sizes.stage_values() + t.rows_per_point()]
+                    * self.values.values[p * sizes.stage_values() + sizes.states + sizes.path]
             })
             .sum();
         (ends[0] + t.duration(x) * running) / t.scaling.objective
@@ -160,7 +160,8 @@ impl NlpProblem for CollocationNlp {
         self.differentiate(x);
         gradient.fill(0.0);
         let t = &self.transcription;
-        let (cost, width) = (t.rows_per_point(), t.problem.sizes.stage_values());
+        let sizes = t.problem.sizes;
+        let (cost, width) = (sizes.states + sizes.path, sizes.stage_values());
         let structure = &t.problem.stage.structure().jacobian;
         for point in 0..t.points.len() {
             let weight = self.cost_weight(point) / t.scaling.objective;
@@ -203,8 +204,8 @@ impl NlpProblem for CollocationNlp {
                 rows[state] =
                     slope - at.half_share * duration * stage[state] / t.scaling.states[state];
             }
-            for path in 0..sizes.path {
-                rows[sizes.states + path] = stage[sizes.states + path] / t.scaling.path[path];
+            for (slot, &path) in rows[sizes.states..].iter_mut().zip(&t.point_path) {
+                *slot = stage[sizes.states + path] / t.scaling.path[path];
             }
         }
         let end = &self.values.values[t.points.len() * width..];
@@ -224,6 +225,7 @@ impl NlpProblem for CollocationNlp {
         {
             *slot = value / scale;
         }
+        t.sample_values(x, &self.values.values, &mut values[t.sample_rows()..]);
     }
 
     fn jacobian(&mut self, x: &[f64], entries: &mut [f64]) {
@@ -253,7 +255,7 @@ impl NlpProblem for CollocationNlp {
             let derivatives =
                 &self.derivatives.entries[point * structure.len()..][..structure.len()];
             for (entry, &(row, variable)) in derivatives.iter().zip(structure) {
-                if row < t.rows_per_point() {
+                if t.point_row(row).is_some() {
                     let factor = if row < sizes.states {
                         -at.half_share * duration
                     } else {
@@ -287,6 +289,7 @@ impl NlpProblem for CollocationNlp {
                 *slot = entry * t.endpoint_scale(variable) / t.scaling.ends[row - 1];
             }
         }
+        t.samples_jacobian(&self.derivatives.entries, slots);
     }
 
     fn hessian(
@@ -300,18 +303,19 @@ impl NlpProblem for CollocationNlp {
         let t = &self.transcription;
         let sizes = t.problem.sizes;
         let problem = &t.problem;
-        let cost = t.rows_per_point();
+        let cost = sizes.states + sizes.path;
         let duration = t.duration(x);
         let factor = objective_factor / t.scaling.objective;
         let stage_entries = problem.stage.structure().hessian.len();
         let jacobian = &problem.stage.structure().jacobian;
         let per_point = stage_entries + self.timed.len();
+        let between = t.sample_weights(&multipliers[t.sample_rows()..]);
 
         let (at_points, at_end) = entries.split_at_mut(t.points.len() * per_point);
         let mut work: Vec<&mut [f64]> = at_points.chunks_exact_mut(per_point).collect();
         in_parallel(&mut work, |point, slots| {
             let at = t.points[point];
-            let rows = &multipliers[point * cost..][..cost];
+            let rows = &multipliers[point * t.rows_per_point()..][..t.rows_per_point()];
             // Multiplier of each stage value, per unit of T for f and L.
             let mut weights = vec![0.0; sizes.stage_values()];
             for state in 0..sizes.states {
@@ -333,7 +337,9 @@ impl NlpProblem for CollocationNlp {
                 if row < sizes.states || row == cost {
                     *weight *= duration;
                 } else {
-                    *weight = rows[row] / t.scaling.path[row - sizes.states];
+                    let path = row - sizes.states;
+                    let own = t.point_row(row).map_or(0.0, |own| rows[own]);
+                    *weight = (own + between[point * sizes.path + path]) / t.scaling.path[path];
                 }
             }
             let mut z = vec![0.0; t.stage_width()];
@@ -345,10 +351,12 @@ impl NlpProblem for CollocationNlp {
         });
 
         let mut slots = at_end.iter_mut();
-        if !t.end_path.is_empty() {
+        if t.end_hessian().next().is_some() {
             let mut weights = vec![0.0; sizes.stage_values()];
-            for (&path, multiplier) in t.end_path.iter().zip(&multipliers[t.end_rows()..]) {
-                weights[sizes.states + path] = multiplier / t.scaling.path[path];
+            for (path, between) in between[t.points.len() * sizes.path..].iter().enumerate() {
+                let row = t.end_path_row(sizes.states + path);
+                let own = row.map_or(0.0, |row| multipliers[row]);
+                weights[sizes.states + path] = (own + between) / t.scaling.path[path];
             }
             let mut z = vec![0.0; t.stage_width()];
             t.stage_variables(x, t.points.len(), &mut z);

@@ -56,8 +56,8 @@ impl Transcription {
             entries.extend((0..support).map(|j| (row + state, self.node(at.first + j) + state)));
         }
         for &(value, variable) in &self.problem.stage.structure().jacobian {
-            if value < self.rows_per_point() {
-                entries.push((row + value, self.node(point) + variable));
+            if let Some(own) = self.point_row(value) {
+                entries.push((row + own, self.node(point) + variable));
             }
         }
         entries.extend((0..states).map(|state| (row + state, self.duration_variable())));
@@ -83,6 +83,7 @@ impl Transcription {
                 entries.push((ends + value - 1, self.endpoint_variable(variable)));
             }
         }
+        self.samples_structure(&mut entries);
         (entries, offsets)
     }
 
@@ -137,7 +138,8 @@ impl Transcription {
     /// Stage Hessian entries (with their index) that exist at the end, where only path rows count and no control is.
     pub(super) fn end_hessian(&self) -> impl Iterator<Item = (usize, (usize, usize))> + '_ {
         let states = self.problem.sizes.states;
-        let needed = !self.end_path.is_empty();
+        let sizes = self.problem.sizes;
+        let needed = (0..sizes.path).any(|row| !self.problem.path_needs_control(row));
         let stage = self.problem.stage.structure().hessian.iter();
         stage
             .copied()
