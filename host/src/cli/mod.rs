@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand. Results go to stdout, everything else to stderr; the exit code is 0 only
 //! for success.
 
+mod bench;
 mod demo;
 mod device;
 mod export;
@@ -54,6 +55,8 @@ enum Command {
     Export(export::Arguments),
     /// Plan, play and compare the paper's move; writes the folder stillpoint-demo
     Demo(demo::Arguments),
+    /// Solve optimal control problems with known answers and print the errors
+    Bench(bench::Arguments),
     /// Talk to a board: upload a trajectory, run it, watch it, stop it
     Device(device::Arguments),
 }
@@ -69,6 +72,7 @@ impl Command {
             Self::Simulate(arguments) => arguments.json,
             Self::Verify(arguments) => arguments.json,
             Self::Info(arguments) => arguments.json,
+            Self::Bench(arguments) => arguments.json,
             Self::Device(arguments) => arguments.json(),
             Self::Report(_) | Self::Export(_) | Self::Demo(_) => false,
         }
@@ -83,6 +87,7 @@ impl Command {
             Self::Info(arguments) => info::run(arguments),
             Self::Export(arguments) => export::run(arguments),
             Self::Demo(arguments) => demo::run(arguments),
+            Self::Bench(arguments) => bench::run(arguments),
             Self::Device(arguments) => device::run(arguments),
         }
     }

@@ -2,7 +2,7 @@
 //! process.
 //!
 //! ```text
-//! Session ─ Faulty ─ Tcp, Serial, Emulated, Simulated ═ the line ═ firmware's Link
+//! Session ─ Faulty ─ Tcp, Serial, Qemu, Simulated ═ the line ═ firmware's Link
 //!            └ optional: loses, damages and delays frames on purpose
 //! ```
 //!
@@ -11,29 +11,31 @@
 //! anything by itself: a board that waits for signs of life hears what its user's program asks for and nothing more.
 //! [`stillpoint_shared::protocol`] is the specification.
 
-mod emulated;
 mod error;
 mod fault_record;
 mod faults;
 mod injector;
+mod log;
 mod port;
 pub mod qemu;
 mod receiver;
 mod serial;
 mod session;
 mod sim;
+mod start;
 mod tcp;
 #[cfg(test)]
 mod tests;
 mod transport;
 mod upload;
 
-pub use emulated::Emulated;
 pub use error::DeviceError;
 pub use fault_record::FaultReport;
 pub use faults::{Faults, FaultsError, Injected};
 pub use injector::Faulty;
+pub use log::{LogError, LogImage};
 pub use port::{Port, PortError};
+pub use qemu::Qemu;
 pub use receiver::{Received, Reception};
 pub use serial::Serial;
 pub use session::{Session, Settings};

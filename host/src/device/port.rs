@@ -1,6 +1,6 @@
 //! Names of ports, as people type them.
 
-use super::{Emulated, Serial, Tcp, Transport, TransportError};
+use super::{Qemu, Serial, Tcp, Transport, TransportError, qemu};
 use std::fmt;
 use std::str::FromStr;
 
@@ -105,7 +105,8 @@ impl fmt::Display for Port {
 }
 
 impl Port {
-    /// Opens the port. The axes of an emulated board stand at `position_rad`, or at zero. A simulated board needs to know its machine and is made with
+    /// Opens the port. The axes of an emulated board stand at `position_rad`, or at zero where it
+    /// names none. A simulated board needs to know its machine and is made with
     /// [`Simulated::new`](super::Simulated::new) instead: for [`Port::Sim`] this calls `simulated`.
     ///
     /// # Errors
@@ -118,7 +119,11 @@ impl Port {
         Ok(match self {
             Self::Serial { path, baud } => Box::new(Serial::open(path, *baud)?),
             Self::Tcp { address } => Box::new(Tcp::connect(address)?),
-            Self::Qemu => Box::new(Emulated::start(position_rad)?),
+            Self::Qemu => {
+                let mut board = Qemu::start(&qemu::Options::default())?;
+                board.turn_to(position_rad)?;
+                Box::new(board)
+            }
             Self::Sim => simulated()?,
         })
     }

@@ -1,5 +1,8 @@
 //! Optimal control: the problem in continuous time, and its transcription by multi-interval LGR collocation.
 
+mod answer;
+mod arcs;
+mod costate;
 mod guess;
 pub mod lgr;
 mod mechanical;
@@ -7,17 +10,22 @@ mod mesh;
 mod model;
 mod peak;
 mod problem;
+mod refine;
 mod sample;
 mod scaling;
 mod solution;
 mod transcription;
 
+pub use answer::Answer;
+pub use arcs::{BangArc, BangBang, Optimality, Side, bang_bang};
+pub use costate::{Costates, HamiltonianAt};
 pub use guess::{Guess, Point};
 pub use mechanical::{Mechanical, PathRow};
 pub use mesh::{Interval, Mesh};
 pub use model::{Exact, Model};
 pub use peak::{Courses, Peak};
 pub use problem::{Bounds, Differentiable, OptimalControlProblem, Quantity, Sizes, Structure};
+pub use refine::{Judgement, MeshRecord, RefineEnd, RefineSettings, Refined, judge, refine};
 pub use sample::{Limited, Sample};
 pub use scaling::Scaling;
 pub use solution::Solution;
