@@ -1,11 +1,11 @@
 //! What each request does.
 
 use heapless::{String, Vec};
-use stillpoint_shared::Limits;
-use stillpoint_shared::drive_config::{Cycle, DriveConfig};
+use stillpoint_shared::drive_config::Cycle;
 use stillpoint_shared::protocol::{
     Capacities, Denial, Greeting, Identity, LinkCounters, Request, Response, Versions,
 };
+use stillpoint_shared::{AxisDrive, AxisLimits, BusConfig, DriveConfig, Limits};
 
 use super::machine::Access;
 use super::session::Outcome;
@@ -18,6 +18,8 @@ use crate::{Command, Config, ConfigError, Refusal};
 pub(super) struct Reach<'a, M, F> {
     pub(super) machine: &'a mut M,
     pub(super) store: &'a mut Store<F>,
+    /// Set where an order comes true with the next start of the board only.
+    pub(super) wants_start: &'a mut bool,
 }
 
 impl<M, F: Flash> Reach<'_, M, F> {
@@ -48,6 +50,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
     }
 
     /// Answers a request that is no order.
+    #[inline(never)] // Its response is large, and no order should have it on its stack.
     pub(super) fn ask<const AXES: usize>(
         &mut self,
         request: &Request<'_>,
@@ -73,18 +76,24 @@ impl<M, F: Flash> Reach<'_, M, F> {
             Request::GetConfig => Response::Config(self.machine.with(|m| m.configuration())?.1),
             Request::GetDrives => Response::Drives(self.store.drives()),
             Request::GetFault => Response::Fault(self.machine.with(|m| m.fault_head())),
-            Request::GetFaultSamples { first } => {
-                let samples = self.machine.with(|m| m.fault_samples(first));
-                if samples.is_empty() {
-                    let head = self.machine.with(|m| m.fault_head());
-                    let samples = head.map_or(0, |head| head.samples);
-                    return Err(Denial::FaultSample { first, samples });
-                }
-                Response::FaultSamples(samples)
-            }
+            Request::GetFaultSamples { first } => self.fault_samples(first)?,
             // The orders, which do not come here.
             _ => return Err(Denial::NotUnderstood { bytes: 0 }),
         })
+    }
+
+    #[inline(never)]
+    fn fault_samples<const AXES: usize>(&mut self, first: u16) -> Result<Response, Denial>
+    where
+        M: Access<AXES>,
+    {
+        let samples = self.machine.with(|m| m.fault_samples(first));
+        if samples.is_empty() {
+            let head = self.machine.with(|m| m.fault_head());
+            let samples = head.map_or(0, |head| head.samples);
+            return Err(Denial::FaultSample { first, samples });
+        }
+        Ok(Response::FaultSamples(samples))
     }
 
     /// Whether the executor takes a command, as far as its state says.
@@ -97,6 +106,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
     }
 
     /// Obeys an order.
+    #[inline(never)]
     pub(super) fn obey<const AXES: usize>(
         &mut self,
         request: &Request<'_>,
@@ -152,19 +162,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
                 }
             }
             Request::SetTelemetry(config) => self.machine.with(|m| m.tap.set(config)),
-            Request::SetLimits(ref axes) => {
-                let limits = Limits::new(axes).map_err(Denial::Limits)?;
-                let config = self.machine.with(|m| *m.executor.config());
-                let config = if config.period_ticks == 0 {
-                    info.config()
-                } else {
-                    config
-                };
-                self.machine.with(|m| m.may_configure(&limits, &config))?;
-                self.store.put_limits(&limits)?;
-                self.machine
-                    .with(|m| m.executor.configure(limits, config))?;
-            }
+            Request::SetLimits(ref axes) => self.set_limits(axes, info)?,
             Request::SetConfig(config) => {
                 let (given_ticks, board_ticks) = (config.period_ticks, info.period_ticks);
                 if given_ticks != board_ticks {
@@ -180,20 +178,58 @@ impl<M, F: Flash> Reach<'_, M, F> {
                 self.machine
                     .with(|m| m.executor.configure(limits, config))?;
             }
-            Request::SetDrives { bus, ref axes } => {
-                if axes.len() != AXES {
-                    let (given, board) = (axes.len() as u8, AXES as u8);
-                    return Err(Denial::DriveAxes { given, board });
-                }
-                let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
-                Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
-                self.allow(Command::Configure)?;
-                self.store.put_drives(&drives)?;
-            }
+            Request::SetDrives { bus, ref axes } => self.set_drives(bus, axes, info)?,
             // The others, which do not come here.
             _ => return Err(Denial::NotUnderstood { bytes: 0 }),
         }
         Ok(Outcome::Done)
+    }
+
+    // On its own, so that its limits are not on the stack while a trajectory is checked.
+    #[inline(never)]
+    fn set_limits<const AXES: usize>(
+        &mut self,
+        axes: &[AxisLimits],
+        info: &BoardInfo,
+    ) -> Result<(), Denial>
+    where
+        M: Access<AXES>,
+    {
+        let limits = Limits::new(axes).map_err(Denial::Limits)?;
+        let config = self.machine.with(|m| *m.executor.config());
+        let config = if config.period_ticks == 0 {
+            info.config()
+        } else {
+            config
+        };
+        self.machine.with(|m| m.may_configure(&limits, &config))?;
+        self.store.put_limits(&limits)?;
+        self.machine
+            .with(|m| m.executor.configure(limits, config))?;
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn set_drives<const AXES: usize>(
+        &mut self,
+        bus: BusConfig,
+        axes: &[AxisDrive],
+        info: &BoardInfo,
+    ) -> Result<(), Denial>
+    where
+        M: Access<AXES>,
+    {
+        if axes.len() != AXES {
+            let (given, board) = (axes.len() as u8, AXES as u8);
+            return Err(Denial::DriveAxes { given, board });
+        }
+        let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
+        Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
+        self.allow(Command::Configure)?;
+        let others = self.store.drives().as_ref() != Some(&drives);
+        self.store.put_drives(&drives)?;
+        *self.wants_start |= others;
+        Ok(())
     }
 }
 

@@ -67,7 +67,7 @@ impl<const AXES: usize> Machine<AXES> {
 
     /// One tick of the drive loop.
     #[inline]
-    pub fn tick<D: DriveGroup<AXES>>(
+    pub fn tick<D: DriveGroup<AXES> + ?Sized>(
         &mut self,
         drives: &mut D,
         inputs: &TickInputs,
@@ -111,13 +111,17 @@ impl<const AXES: usize> Machine<AXES> {
 
     pub(super) fn status(&self, link: LinkCounters) -> Status {
         let executor = &self.executor;
-        let measured_rad = executor.measured_rad();
+        let feedback = executor.report().feedback;
+        let oldest_ticks = executor.allowed().feedback_age_ticks;
         let peaks = executor.monitor().peak_following_error_rad();
         let mut axes = Vec::new();
         for (axis, (limited, peak)) in executor.limited().iter().zip(&peaks).enumerate() {
+            let feedback = feedback.and_then(|feedback| feedback.get(axis));
+            let fresh = feedback.filter(|feedback| feedback.age_ticks <= oldest_ticks);
             // There is room for all axes.
             let _ = axes.push(AxisStatus {
-                measured_rad: measured_rad.as_ref().and_then(|rad| rad.get(axis)).copied(),
+                drive: feedback.map(|feedback| feedback.status),
+                measured_rad: fresh.map(|feedback| feedback.position_rad),
                 following_peak_rad: *peak,
                 limited: *limited,
             });
