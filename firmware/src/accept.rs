@@ -1,42 +1,36 @@
 //! Whether a trajectory may run on this machine, asked once, when it is loaded. Reject, never clip.
 //!
-//! At all nodes: finite, speed, torque, torque–speed curve; at the LGR points the torque rate, from
-//! the differentiation matrix (the control has no value of its own at an interval's end). Where
-//! intervals meet: no jump. At both ends: still. At the start: where the machine stands. What
-//! happens between the nodes is not judged here.
+//! At all nodes: finite, speed, torque, torque–speed curve; between the nodes the same and the slopes
+//! of position and torque, with a gap that [`between`] states. Where intervals meet: no jump. At
+//! both ends: still. At the start: where the machine stands.
 //!
 //! # Tolerances
-//! Limits: [`LIMIT_TOLERANCE`] relative, on both coordinates of the torque–speed curve. The torque
-//! rate Σ D_ij τ_j · 2/T adds what rounding can do to it: half an ulp of every τ_j, Σ |D_ij| |τ_j|
-//! 2⁻²⁴ · 2/T, and half a tick of T. Jumps: 4 ulp of the channel's largest magnitude. Stillness:
+//! Limits: [`LIMIT_TOLERANCE`] relative, on both coordinates of the torque–speed curve; slopes add
+//! what rounding can do to them. Jumps: 4 ulp of the channel's largest magnitude. Stillness:
 //! [`LIMIT_TOLERANCE`] of the axis' largest speed and torque.
 
-use stillpoint_shared::basis::MAX_SUPPORT;
-use stillpoint_shared::status::{Limit, Place, Quantity, Rejection};
-use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
-use stillpoint_shared::{AxisLimits, Interval, LIMIT_TOLERANCE, Limits, Trajectory, lgr};
+use stillpoint_shared::status::{Place, Quantity, Rejection};
+use stillpoint_shared::{AxisLimits, Basis, Interval, LIMIT_TOLERANCE, Limits, Trajectory};
 
-use crate::limiter::available_torque_nm;
-use crate::nodes::{Nodes, channel};
+use crate::between::{self, Excess};
+use crate::nodes::channel;
 
 pub use stillpoint_shared::config::AcceptConfig;
 
 /// Relative size of a jump that rounding explains: 4 ulp.
 const JUMP_TOLERANCE: f32 = 4.0 * f32::EPSILON;
 
-/// Relative error of rounding to f32: 2⁻²⁴.
-const HALF_ULP: f64 = f32::EPSILON as f64 / 2.0;
-
 /// Checks a trajectory against the machine's limits and where it stands; `measured_rad` has one
 /// value per axis.
-pub fn check(
+#[inline(never)] // Gives its stack back before the buffers change places.
+pub fn check<const AXES: usize>(
     trajectory: &Trajectory,
     limits: &Limits,
-    measured_rad: &[f32],
+    measured_rad: &[f32; AXES],
     config: &AcceptConfig,
 ) -> Result<(), Rejection> {
     let axes = limits.axes().len();
-    if trajectory.axes() != axes || measured_rad.len() != axes {
+    if trajectory.axes() != axes || axes != AXES {
         return Err(Rejection::Axes {
             trajectory: trajectory.axes() as u8,
             machine: axes as u8,
@@ -49,23 +43,37 @@ pub fn check(
             machine,
         });
     }
-    let mut nodes = Nodes::empty();
-    for (index, interval) in (0u8..).zip(trajectory.intervals()) {
-        nodes.prepare(interval.points);
-        let block = Block {
-            index,
-            interval,
-            axes,
-            nodes: &nodes,
-        };
+    for block in blocks(trajectory) {
         block.finite()?;
         for (axis, limits) in limits.axes().iter().enumerate() {
             block.within_limits(axis, limits)?;
         }
-        block.torque_rate(limits.axes())?;
     }
     continuous(trajectory)?;
-    ends(trajectory, limits, measured_rad, config)
+    ends(trajectory, limits, measured_rad, config)?;
+    // Last what takes longest.
+    let mut basis: Option<Basis> = None;
+    for block in blocks(trajectory) {
+        let points = block.interval.points;
+        if basis.as_ref().map(Basis::points) != Some(points) {
+            // A trajectory's points have a basis: this cannot fail. Its schedule would, too.
+            basis = Basis::new(points).ok();
+        }
+        if let Some(basis) = &basis {
+            block.between::<AXES>(basis, limits.axes())?;
+        }
+    }
+    Ok(())
+}
+
+fn blocks(trajectory: &Trajectory) -> impl Iterator<Item = Block<'_>> {
+    let axes = trajectory.axes();
+    let intervals = (0u8..).zip(trajectory.intervals());
+    intervals.map(move |(index, interval)| Block {
+        index,
+        interval,
+        axes,
+    })
 }
 
 /// One interval under examination.
@@ -73,7 +81,6 @@ struct Block<'a> {
     index: u8,
     interval: Interval<'a>,
     axes: usize,
-    nodes: &'a Nodes,
 }
 
 impl Block<'_> {
@@ -81,8 +88,8 @@ impl Block<'_> {
         channel(self.interval.coefficients, self.axes, quantity, axis)
     }
 
-    fn place(&self, axis: usize, node: f64) -> Place {
-        let elapsed = (node + 1.0) / 2.0 * f64::from(self.interval.duration_ticks);
+    fn place(&self, axis: usize, x: f32) -> Place {
+        let elapsed = (f64::from(x) + 1.0) / 2.0 * f64::from(self.interval.duration_ticks);
         let ticks = self
             .interval
             .start_ticks
@@ -94,13 +101,22 @@ impl Block<'_> {
         }
     }
 
+    /// The place of node j.
+    #[cold]
+    #[inline(never)]
+    fn node(&self, axis: usize, j: usize) -> Place {
+        let basis = Basis::new(self.interval.points).ok();
+        let x = basis.and_then(|basis| basis.nodes().get(j).copied());
+        self.place(axis, x.unwrap_or(-1.0))
+    }
+
     fn finite(&self) -> Result<(), Rejection> {
         for axis in 0..self.axes {
             for quantity in Quantity::ALL {
-                for (value, &node) in self.channel(quantity, axis).zip(self.nodes.nodes()) {
+                for (j, value) in self.channel(quantity, axis).enumerate() {
                     if !value.is_finite() {
                         return Err(Rejection::NotFinite {
-                            at: self.place(axis, node),
+                            at: self.node(axis, j),
                             quantity,
                         });
                     }
@@ -114,65 +130,39 @@ impl Block<'_> {
     fn within_limits(&self, axis: usize, limits: &AxisLimits) -> Result<(), Rejection> {
         let speeds = self.channel(Quantity::Velocity, axis);
         let torques = self.channel(Quantity::Torque, axis);
-        for ((speed, torque), &node) in speeds.zip(torques).zip(self.nodes.nodes()) {
-            let exceeded = if speed.abs() > limits.speed_rad_per_s * (1.0 + LIMIT_TOLERANCE) {
-                (Limit::Speed, speed, limits.speed_rad_per_s)
-            } else if torque.abs() > limits.torque_nm * (1.0 + LIMIT_TOLERANCE) {
-                (Limit::Torque, torque, limits.torque_nm)
-            } else if torque.abs() > available_torque_nm(limits, speed) {
-                (
-                    Limit::TorqueSpeed,
-                    torque,
-                    limits.available_torque_nm(speed),
-                )
-            } else {
-                continue;
-            };
-            let (limit, value, allowed) = exceeded;
-            return Err(Rejection::Exceeds {
-                at: self.place(axis, node),
-                limit,
-                value,
-                allowed,
-            });
+        for (j, (speed, torque)) in speeds.zip(torques).enumerate() {
+            if let Some((limit, value, allowed)) = between::exceeded(limits, speed, torque) {
+                return Err(Rejection::Exceeds {
+                    at: self.node(axis, j),
+                    limit,
+                    value,
+                    allowed,
+                });
+            }
         }
         Ok(())
     }
 
-    /// Torque rate at the LGR points: row i of D at a time, so that no matrix has to be kept.
-    fn torque_rate(&self, limits: &[AxisLimits]) -> Result<(), Rejection> {
-        let duration_ticks = f64::from(self.interval.duration_ticks);
-        let per_second = 2.0 * f64::from(TIME_TICKS_PER_SECOND) / duration_ticks;
-        let (nodes, weights) = (self.nodes.nodes(), self.nodes.weights());
-        let mut row = [0.0; MAX_SUPPORT];
-        let row = row.get_mut(..nodes.len()).unwrap_or_default();
-        for (i, &node) in nodes.iter().take(self.interval.points).enumerate() {
-            // Lengths agree and i is a row: this cannot fail.
-            let _ = lgr::differentiation_row(nodes, weights, i, row);
-            for (axis, limits) in limits.iter().enumerate() {
-                let (mut rate, mut rounding) = (0.0, 0.0);
-                for (entry, torque) in row.iter().zip(self.channel(Quantity::Torque, axis)) {
-                    let term = entry * f64::from(torque) * per_second;
-                    rate += term;
-                    rounding += term.abs() * HALF_ULP;
-                }
-                let allowed = f64::from(limits.torque_rate_nm_per_s);
-                let tolerance = f64::from(LIMIT_TOLERANCE) * allowed
-                    + rounding
-                    + rate.abs() * 0.5 / duration_ticks;
-                if rate.abs() > allowed + tolerance {
-                    let (value, allowed) = (rate as f32, limits.torque_rate_nm_per_s);
-                    let at = self.place(axis, node);
-                    return Err(Rejection::Exceeds {
-                        at,
-                        limit: Limit::TorqueRate,
-                        value,
-                        allowed,
-                    });
-                }
-            }
+    fn between<const AXES: usize>(
+        &self,
+        basis: &Basis,
+        limits: &[AxisLimits],
+    ) -> Result<(), Rejection> {
+        match between::check::<AXES>(&self.interval, basis, limits) {
+            None => Ok(()),
+            Some(Excess {
+                axis,
+                x,
+                limit,
+                value,
+                allowed,
+            }) => Err(Rejection::Exceeds {
+                at: self.place(axis, x),
+                limit,
+                value,
+                allowed,
+            }),
         }
-        Ok(())
     }
 }
 

@@ -9,7 +9,9 @@ use core::convert::Infallible;
 use heapless::Vec;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
+use stillpoint_shared::encode;
 
+use crate::drive::NoAnswer;
 use crate::{DriveGroup, DriveStatus, Feedback, IdealDrives, Setpoint, State};
 
 /// What the bench can do. On its port, postcard: [`Action::encode`].
@@ -25,7 +27,7 @@ pub enum Action {
     CutBus,
     /// The next tick takes longer than the monitor usually allows.
     Overrun,
-    /// The drive of an axis stops by itself, with code [`DRIVE_FAULT`].
+    /// The drive of an axis stops by itself, with code [`DRIVE_FAULT`], until it is reset.
     Fault {
         /// Axis, from 0.
         axis: u8,
@@ -68,7 +70,7 @@ impl Action {
     /// The bytes that mean this, in `buffer`.
     pub fn encode<'b>(&self, buffer: &'b mut [u8; MAX_ACTION_BYTES]) -> &'b [u8] {
         // There is room: this cannot fail.
-        postcard::to_slice(self, buffer).unwrap_or_default()
+        encode::to_slice(self, buffer).unwrap_or_default()
     }
 }
 
@@ -114,10 +116,6 @@ struct Trouble {
     silent: bool,
     blocked: bool,
 }
-
-/// The bus to the drives was cut.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BusCut;
 
 impl<const N: usize> BenchDrives<N> {
     /// Disabled drives that stand still at a position in rad.
@@ -190,9 +188,9 @@ impl<const N: usize> BenchDrives<N> {
     }
 
     /// What arrives of what the drives report.
-    fn reported(&mut self, mut feedback: [Feedback; N]) -> Result<[Feedback; N], BusCut> {
+    fn reported(&mut self, mut feedback: [Feedback; N]) -> Result<[Feedback; N], NoAnswer> {
         if self.bus_cut {
-            return Err(BusCut);
+            return Err(NoAnswer);
         }
         for ((feedback, last), trouble) in feedback.iter_mut().zip(&self.last).zip(&self.trouble) {
             if trouble.blocked {
@@ -215,9 +213,9 @@ impl<const N: usize> BenchDrives<N> {
 }
 
 impl<const N: usize> DriveGroup<N> for BenchDrives<N> {
-    type Error = BusCut;
+    type Error = NoAnswer;
 
-    fn exchange(&mut self, setpoints: &[Setpoint; N]) -> Result<[Feedback; N], BusCut> {
+    fn exchange(&mut self, setpoints: &[Setpoint; N]) -> Result<[Feedback; N], NoAnswer> {
         self.sent = Some(*setpoints);
         let Ok(feedback) = if self.enabling_ticks < ENABLING_TICKS {
             self.enabling_ticks += 1;
@@ -228,7 +226,7 @@ impl<const N: usize> DriveGroup<N> for BenchDrives<N> {
         self.reported(feedback)
     }
 
-    fn observe(&mut self) -> Result<[Feedback; N], BusCut> {
+    fn observe(&mut self) -> Result<[Feedback; N], NoAnswer> {
         let Ok(feedback): Result<_, Infallible> = self.ideal.observe();
         self.reported(feedback)
     }
@@ -236,6 +234,14 @@ impl<const N: usize> DriveGroup<N> for BenchDrives<N> {
     fn safe(&mut self) {
         self.enabling_ticks = 0;
         self.ideal.safe();
+    }
+
+    fn reset_faults(&mut self) {
+        for trouble in &mut self.trouble {
+            if let Some(DriveStatus::Fault { .. }) = trouble.status {
+                trouble.status = None;
+            }
+        }
     }
 }
 
@@ -259,6 +265,14 @@ pub enum Record {
 /// Most bytes of a [`Record`].
 pub const MAX_RECORD_BYTES: usize = 64;
 
+impl Record {
+    /// The bytes that mean this, in `buffer`.
+    pub fn encode<'b>(&self, buffer: &'b mut [u8; MAX_RECORD_BYTES]) -> &'b [u8] {
+        // There is room: this cannot fail.
+        encode::to_slice(self, buffer).unwrap_or_default()
+    }
+}
+
 /// Axes of the emulated board.
 pub const AXES: usize = 3;
 
@@ -274,9 +288,10 @@ pub struct TickRecord {
     /// Position (rad), velocity (rad/s) and torque (N·m) sent to every axis; `None` with the drives
     /// off.
     pub sent: Option<[[f32; 3]; AXES]>,
-    /// Counts of the core clock from the timer's interrupt to the set-points' leaving.
+    /// Counts of the core clock from the beginning of the tick to the set-points' leaving.
     pub to_setpoint_counts: u16,
-    /// Counts of the core clock from the timer's interrupt to the end of the tick.
+    /// Counts of the core clock from the beginning to the end of the tick, without those of
+    /// the simulated drives.
     pub whole_counts: u16,
 }
 

@@ -1,6 +1,8 @@
 //! What the executor asks of the drives, whatever the bus: a group of N axes that is commanded and
 //! read together.
 
+pub use stillpoint_shared::status::DriveStatus;
+
 /// Command to one axis for the coming tick, at the joint.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -27,20 +29,9 @@ pub struct Feedback {
     pub status: DriveStatus,
 }
 
-/// State of one drive.
+/// The drives do not answer: there are none, or their bus fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum DriveStatus {
-    /// No torque; set-points are not followed (yet).
-    Disabled,
-    /// Follows its set-points.
-    Enabled,
-    /// Has stopped by itself.
-    Fault {
-        /// The drive's own code.
-        code: u16,
-    },
-}
+pub struct NoAnswer;
 
 /// N drives on one bus.
 ///
@@ -65,4 +56,8 @@ pub trait DriveGroup<const N: usize> {
     /// Takes the torque away, by whatever means are left. Called every tick while the drives are to
     /// be off.
     fn safe(&mut self);
+
+    /// Resets the faults that drives have latched; called once after each `clear`, between `safe`
+    /// and `observe`. Drives that latch none have nothing to do.
+    fn reset_faults(&mut self) {}
 }

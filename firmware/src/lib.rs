@@ -14,6 +14,8 @@
 
 pub mod accept;
 pub mod bench;
+mod between;
+pub mod board_tick;
 mod buffers;
 pub mod cia402;
 mod comms;

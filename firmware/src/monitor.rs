@@ -101,7 +101,8 @@ impl<const AXES: usize> Monitor<AXES> {
     }
 }
 
-/// Whether an axis' feedback can be believed at all.
+/// Whether an axis' feedback can be believed at all. The age comes first: what the numbers say that
+/// came too long ago no longer counts.
 pub fn alive(config: &MonitorConfig, axis: u8, feedback: &Feedback) -> Result<(), FaultCause> {
     let limit_ticks = config.feedback_age_ticks;
     match *feedback {
@@ -109,6 +110,11 @@ pub fn alive(config: &MonitorConfig, axis: u8, feedback: &Feedback) -> Result<()
             status: DriveStatus::Fault { code },
             ..
         } => Err(FaultCause::DriveFault { axis, code }),
+        Feedback { age_ticks, .. } if age_ticks > limit_ticks => Err(FaultCause::FeedbackStale {
+            axis,
+            age_ticks,
+            limit_ticks,
+        }),
         Feedback {
             position_rad,
             velocity_rad_per_s,
@@ -116,11 +122,6 @@ pub fn alive(config: &MonitorConfig, axis: u8, feedback: &Feedback) -> Result<()
         } if !(position_rad.is_finite() && velocity_rad_per_s.is_finite()) => {
             Err(FaultCause::FeedbackNotFinite { axis })
         }
-        Feedback { age_ticks, .. } if age_ticks > limit_ticks => Err(FaultCause::FeedbackStale {
-            axis,
-            age_ticks,
-            limit_ticks,
-        }),
         _ => Ok(()),
     }
 }

@@ -47,6 +47,18 @@ impl Nodes {
     }
 }
 
+/// One of the values of [`channel`]; zero beyond the last.
+pub(crate) fn value(
+    coefficients: &[f32],
+    axes: usize,
+    quantity: Quantity,
+    axis: usize,
+    node: usize,
+) -> f32 {
+    let place = (node * QUANTITIES + quantity as usize) * axes + axis;
+    coefficients.get(place).copied().unwrap_or_default()
+}
+
 /// Values of one quantity of one axis, node after node; over one interval or over all of them.
 pub(crate) fn channel(
     coefficients: &[f32],

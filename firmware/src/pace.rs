@@ -32,7 +32,7 @@ use stillpoint_shared::status::Quantity;
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
 use stillpoint_shared::{AxisLimits, Limits, Trajectory, lgr};
 
-use crate::nodes::{Nodes, channel};
+use crate::nodes::{Nodes, channel, value};
 
 /// Bounds on the change of path speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,6 +84,7 @@ impl<const AXES: usize> Pace<AXES> {
     /// full path speed.
     ///
     /// Once per move, in f64: about as much work as the acceptance check.
+    #[inline(never)] // Gives its stack back before the buffers change places.
     pub fn of(trajectory: &Trajectory, limits: &Limits, ramp_s: f32) -> Self {
         let mut pace = Self::NONE;
         let ramp_s = f64::from(ramp_s);
@@ -91,9 +92,9 @@ impl<const AXES: usize> Pace<AXES> {
         let mut acceleration = 2.0 / ramp_s;
         let mut jerk = 4.0 / (ramp_s * ramp_s);
         let mut approach_s = ramp_s / 5.0;
-        let axes = pace.axes.iter_mut().zip(limits.axes());
-        for (axis, (pace, limits)) in axes.enumerate() {
-            let torques = Torques::of(trajectory, axis);
+        let all = Torques::of::<AXES>(trajectory);
+        let axes = pace.axes.iter_mut().zip(&all).zip(limits.axes());
+        for ((pace, torques), limits) in axes {
             *pace = torques.pace();
             let momentum = f64::from(pace.inertia_kg_m2) * torques.speed_rad_per_s;
             let (torque, rate) = (
@@ -136,52 +137,69 @@ struct Torques {
 }
 
 impl Torques {
-    fn of(trajectory: &Trajectory, axis: usize) -> Self {
+    /// Of every axis: what all have in common, the nodes and the differentiation, is worked out
+    /// once.
+    fn of<const AXES: usize>(trajectory: &Trajectory) -> [Self; AXES] {
+        let mut torques = core::array::from_fn(|axis| Self::none(trajectory, axis));
         let axes = trajectory.axes();
-        let mut whole = channel(trajectory.coefficients(), axes, Quantity::Torque, axis);
+        let mut nodes = Nodes::empty();
+        let mut row = [0.0; MAX_SUPPORT];
+        for interval in trajectory.intervals() {
+            nodes.prepare(interval.points);
+            let row = row.get_mut(..=interval.points).unwrap_or_default();
+            let duration_ticks = f64::from(interval.duration_ticks);
+            let per_second = 2.0 * f64::from(TIME_TICKS_PER_SECOND) / duration_ticks;
+            for (i, &node) in nodes.nodes().iter().enumerate() {
+                let ticks = f64::from(interval.start_ticks) + (node + 1.0) / 2.0 * duration_ticks;
+                let differentiates = i < interval.points;
+                if differentiates {
+                    // Lengths agree and i is a row: this cannot fail.
+                    let _ = lgr::differentiation_row(nodes.nodes(), nodes.weights(), i, row);
+                }
+                for (axis, torques) in torques.iter_mut().enumerate() {
+                    let at_node =
+                        |quantity| f64::from(value(interval.coefficients, axes, quantity, axis, i));
+                    let (planned, speed) = (at_node(Quantity::Torque), at_node(Quantity::Velocity));
+                    let torque = torques.take(ticks, planned, speed);
+                    if differentiates {
+                        let speeds = channel(interval.coefficients, axes, Quantity::Velocity, axis);
+                        let terms = row
+                            .iter()
+                            .zip(speeds)
+                            .map(|(entry, speed)| entry * f64::from(speed));
+                        let acceleration = terms.sum::<f64>() * per_second;
+                        torques.against_acceleration += duration_ticks * torque * acceleration;
+                        torques.acceleration_square += duration_ticks * acceleration * acceleration;
+                    }
+                }
+            }
+        }
+        torques
+    }
+
+    /// No node yet; the static torque is known by both ends.
+    fn none(trajectory: &Trajectory, axis: usize) -> Self {
+        let (axes, quantity) = (trajectory.axes(), Quantity::Torque);
+        let mut whole = channel(trajectory.coefficients(), axes, quantity, axis);
         let first = f64::from(whole.next().unwrap_or(0.0));
         let last = f64::from(whole.next_back().unwrap_or(0.0));
         let duration = f64::from(trajectory.duration_ticks());
-        let mut torques = Self {
+        Self {
             static_nm: first,
             static_nm_per_tick: (last - first) / duration,
             against_acceleration: 0.0,
             acceleration_square: 0.0,
             largest_nm: 0.0,
             speed_rad_per_s: 0.0,
-        };
-        let mut nodes = Nodes::empty();
-        let mut row = [0.0; MAX_SUPPORT];
-        for interval in trajectory.intervals() {
-            nodes.prepare(interval.points);
-            let row = row.get_mut(..=interval.points).unwrap_or_default();
-            let speeds = || channel(interval.coefficients, axes, Quantity::Velocity, axis);
-            let planned = channel(interval.coefficients, axes, Quantity::Torque, axis);
-            let duration_ticks = f64::from(interval.duration_ticks);
-            let per_second = 2.0 * f64::from(TIME_TICKS_PER_SECOND) / duration_ticks;
-            for (i, ((&node, planned), speed)) in
-                nodes.nodes().iter().zip(planned).zip(speeds()).enumerate()
-            {
-                let ticks = f64::from(interval.start_ticks) + (node + 1.0) / 2.0 * duration_ticks;
-                let torque = f64::from(planned) - first - torques.static_nm_per_tick * ticks;
-                torques.largest_nm = larger(torques.largest_nm, torque.abs());
-                torques.speed_rad_per_s = larger(torques.speed_rad_per_s, f64::from(speed).abs());
-                if i == interval.points {
-                    continue;
-                }
-                // Lengths agree and i is a row: this cannot fail.
-                let _ = lgr::differentiation_row(nodes.nodes(), nodes.weights(), i, row);
-                let slope: f64 = row
-                    .iter()
-                    .zip(speeds())
-                    .map(|(entry, speed)| entry * f64::from(speed))
-                    .sum();
-                let acceleration = slope * per_second;
-                torques.against_acceleration += duration_ticks * torque * acceleration;
-                torques.acceleration_square += duration_ticks * acceleration * acceleration;
-            }
         }
-        torques
+    }
+
+    /// Keeps the peaks; returns the torque at a node without its static part, in N·m.
+    fn take(&mut self, ticks: f64, planned_nm: f64, speed_rad_per_s: f64) -> f64 {
+        let torque_nm = planned_nm - self.static_nm - self.static_nm_per_tick * ticks;
+        self.largest_nm = larger(self.largest_nm, torque_nm.abs());
+        self.speed_rad_per_s = larger(self.speed_rad_per_s, speed_rad_per_s.abs());
+        torque_nm
     }
 
     fn pace(&self) -> AxisPace {

@@ -74,4 +74,8 @@ impl<D: DriveGroup<N>, const N: usize> DriveGroup<N> for StandIn<D, N> {
         self.told = None;
         self.drives.safe();
     }
+
+    fn reset_faults(&mut self) {
+        self.drives.reset_faults();
+    }
 }

@@ -3,9 +3,10 @@
 use nalgebra::SVector;
 use proptest::prelude::*;
 use stillpoint_firmware::bench::{
-    AXES, Action, ActionReader, BenchDrives, BusCut, DRIVE_FAULT, ENABLING_TICKS, MAX_ACTION_BYTES,
+    AXES, Action, ActionReader, BenchDrives, DRIVE_FAULT, ENABLING_TICKS, MAX_ACTION_BYTES,
     MAX_RECORD_BYTES, Record, TickRecord,
 };
+use stillpoint_firmware::drive::NoAnswer;
 use stillpoint_firmware::{DriveGroup, DriveStatus, Feedback, Setpoint, State};
 
 fn to(position_rad: f32) -> [Setpoint; AXES] {
@@ -88,8 +89,8 @@ fn each_trouble_is_that_of_its_axis() {
 fn a_cut_bus_fails_until_it_is_repaired() {
     let mut drives = enabled();
     drives.act(Action::CutBus);
-    assert_eq!(drives.exchange(&to(1.0)), Err(BusCut));
-    assert_eq!(drives.observe(), Err(BusCut));
+    assert_eq!(drives.exchange(&to(1.0)), Err(NoAnswer));
+    assert_eq!(drives.observe(), Err(NoAnswer));
     drives.act(Action::Repair);
     assert!(drives.exchange(&to(1.0)).is_ok());
 }
@@ -107,6 +108,24 @@ fn only_drives_that_are_off_can_be_turned() {
     drives.act(turn);
     let positions = drives.observe().unwrap().map(|axis| axis.position_rad);
     assert_eq!(positions, [0.0, 0.0, 0.7]);
+}
+
+#[test]
+fn a_reset_ends_a_fault_and_no_other_trouble() {
+    let mut drives = enabled();
+    drives.act(Action::Fault { axis: 0 });
+    drives.act(Action::SwitchOff { axis: 1 });
+    drives.act(Action::Silence { axis: 2 });
+    drives.reset_faults();
+    let feedback = drives.exchange(&to(0.0)).unwrap();
+    assert_eq!(
+        feedback.map(|axis| (axis.status, axis.age_ticks)),
+        [
+            (DriveStatus::Enabled, 0),
+            (DriveStatus::Disabled, 0),
+            (DriveStatus::Enabled, 1)
+        ]
+    );
 }
 
 #[test]

@@ -7,7 +7,7 @@ use cia402_sim::drive::Pds;
 use cia402_sim::{Rig, START_COUNTS, axis_drive, every};
 use common::{AXES, DURATION_TICKS, FINE, REACH_RAD, START_RAD, limits, start, trajectory};
 use stillpoint_firmware::cia402::{Stage, Units};
-use stillpoint_firmware::{Config, Executor, FaultCause, Refusal, State};
+use stillpoint_firmware::{Config, DriveStatus, Executor, FaultCause, Refusal, State};
 use stillpoint_shared::Player;
 use stillpoint_shared::drive_config::AxisDrive;
 use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
@@ -26,13 +26,10 @@ fn axes() -> [AxisDrive; AXES] {
 fn armed() -> (Executor<AXES>, Rig<AXES, 1>) {
     let mut rig = Rig::<AXES, 1>::new(every(2_000), axes());
     rig.drives(|drive| drive.traits.largest_step = 20_000);
-    let default = Config::default();
-    let monitor = rig
-        .group
-        .cycle()
-        .monitor(&default.monitor, DRIVE_PERIOD_TICKS, 1);
-    let config = Config { monitor, ..default };
+    let mut config = Config::default();
+    config.monitor.feedback_age_ticks = 1;
     let mut executor = Executor::new(limits(), config).unwrap();
+    executor.allow_for_bus(Some(rig.group.cycle()));
     executor.load(&trajectory(), &start()).unwrap();
     while (0..AXES).any(|axis| rig.report(axis).stage != Stage::Operational) {
         let early = executor.arm();
@@ -128,28 +125,60 @@ fn a_drive_that_fails_stops_the_move_and_the_other_drive() {
     );
     let stands = rig.drives(|drive| (drive.executed.len(), drive.counts()));
 
-    // Neither time nor `clear` alone brings it back.
-    executor.clear().unwrap();
+    // Time does not bring it back.
     for _ in 0..400 {
         executor.tick(&mut rig, &FINE);
-        assert!(
-            executor.arm().is_err(),
-            "far from the start, and in a fault"
-        );
     }
-    assert_eq!(
-        rig.drives(|drive| (drive.executed.len(), drive.counts())),
-        stands
-    );
     assert_eq!(rig.drive(1, |drive| drive.state), Pds::Fault);
-    rig.request_fault_reset();
+    // `clear` does, and nothing moves by that.
+    executor.clear().unwrap();
     for _ in 0..100 {
         executor.tick(&mut rig, &FINE);
+        assert!(executor.arm().is_err(), "far from the start");
     }
     assert_eq!(
         rig.drives(|drive| drive.state),
         [Pds::SwitchOnDisabled; AXES]
     );
+    assert_eq!(
+        rig.drives(|drive| (drive.executed.len(), drive.counts())),
+        stands
+    );
+}
+
+#[test]
+fn a_drive_that_comes_up_in_its_fault_is_reset_by_clear_and_by_nothing_else() {
+    let mut rig = Rig::<AXES, 1>::new(every(2_000), axes());
+    rig.drive(1, |drive| drive.fail(0x7500));
+    let mut executor = Executor::new(limits(), Config::default()).unwrap();
+    executor.allow_for_bus(Some(rig.group.cycle()));
+    executor.load(&trajectory(), &start()).unwrap();
+    for _ in 0..4_000 {
+        executor.tick(&mut rig, &FINE);
+    }
+    let fault = DriveStatus::Fault { code: 0x7500 };
+    let statuses = |executor: &Executor<AXES>| {
+        let feedback = executor.report().feedback.copied();
+        feedback.map(|feedback| feedback.map(|axis| axis.status))
+    };
+    assert_eq!(statuses(&executor), Some([DriveStatus::Disabled, fault]));
+    let code = 0x7500;
+    let refused = Refusal::Feedback(FaultCause::DriveFault { axis: 1, code });
+    assert_eq!(executor.arm(), Err(refused));
+    assert_eq!((executor.state(), executor.fault()), (State::Ready, None));
+
+    executor.clear().unwrap();
+    assert_eq!(executor.state(), State::Ready);
+    for _ in 0..100 {
+        executor.tick(&mut rig, &FINE);
+    }
+    assert_eq!(statuses(&executor), Some([DriveStatus::Disabled; AXES]));
+    // The reset is asked for once: a later fault stays.
+    rig.drive(1, |drive| drive.fail(0x7500));
+    for _ in 0..400 {
+        executor.tick(&mut rig, &FINE);
+    }
+    assert_eq!(statuses(&executor), Some([DriveStatus::Disabled, fault]));
 }
 
 #[test]

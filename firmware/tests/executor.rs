@@ -3,16 +3,17 @@
 mod common;
 
 use common::{
-    AXES, DURATION_TICKS, Drives, FINE, START_RAD, brought_to, changed, executor, late_push,
-    limits, start, trajectory,
+    AXES, DURATION_TICKS, Drives, FINE, START_RAD, brought_to, changed, executor, limits, start,
+    trajectory,
 };
 use nalgebra::SVector;
+use stillpoint_firmware::accept::{self, AcceptConfig};
 use stillpoint_firmware::{
-    Config, ConfigError, ConfigField, DriveStatus, Executor, Fault, FaultCause, IdealDrives,
-    LimitFlags, Refusal, Rejection, Setpoint, State, TickReport,
+    Config, ConfigError, ConfigField, Executor, Fault, FaultCause, IdealDrives, LimitFlags,
+    Refusal, Rejection, Setpoint, State, TickReport,
 };
 use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
-use stillpoint_shared::{AxisLimits, Limits, Player};
+use stillpoint_shared::{AxisLimits, Limits, Player, Trajectory, TrajectoryBuilder, lgr};
 
 /// What a report says, kept.
 #[derive(Debug, PartialEq)]
@@ -262,78 +263,6 @@ fn the_next_move_follows_without_losing_torque() {
 }
 
 #[test]
-fn every_fault_takes_the_torque_away_and_latches_its_first_cause() {
-    type Spoil = fn(&mut Drives);
-    let cases: [(Spoil, FaultCause); 6] = [
-        (
-            |drives| drives.bus_broken = true,
-            FaultCause::ExchangeFailed,
-        ),
-        (
-            |drives| {
-                drives.spoil(|feedback| feedback[1].status = DriveStatus::Fault { code: 0x7500 })
-            },
-            FaultCause::DriveFault {
-                axis: 1,
-                code: 0x7500,
-            },
-        ),
-        (
-            |drives| drives.spoil(|feedback| feedback[0].status = DriveStatus::Disabled),
-            FaultCause::DriveDisabled { axis: 0 },
-        ),
-        (
-            |drives| drives.spoil(|feedback| feedback[0].position_rad = f32::NAN),
-            FaultCause::FeedbackNotFinite { axis: 0 },
-        ),
-        (
-            |drives| drives.spoil(|feedback| feedback[1].velocity_rad_per_s = f32::INFINITY),
-            FaultCause::FeedbackNotFinite { axis: 1 },
-        ),
-        (
-            |drives| drives.spoil(|feedback| feedback[0].age_ticks = 3),
-            FaultCause::FeedbackStale {
-                axis: 0,
-                age_ticks: 3,
-                limit_ticks: 2,
-            },
-        ),
-    ];
-    for (spoil, cause) in cases {
-        for state in [State::Running, State::Done] {
-            let (mut executor, mut drives) = brought_to(state);
-            let before = executor.tick(&mut drives, &FINE).tick;
-            spoil(&mut drives);
-            let safes = drives.safes;
-            let report = executor.tick(&mut drives, &FINE);
-            assert_eq!(report.state, State::Fault, "{cause:?} in {state:?}");
-            assert_eq!(drives.safes, safes + 1, "in the very tick");
-            let fault = report.fault.unwrap();
-            assert_eq!((fault.cause, fault.tick), (cause, before + 1));
-
-            let exchanges = drives.exchanges;
-            drives.spoil(|feedback| feedback[0].position_rad = f32::NAN);
-            for _ in 0..10 {
-                let report = executor.tick(&mut drives, &FINE);
-                assert_eq!((report.state, report.fault), (State::Fault, Some(fault)));
-                assert!(
-                    report
-                        .setpoints
-                        .iter()
-                        .all(|setpoint| setpoint.position_rad.is_finite())
-                );
-            }
-            executor.emergency_stop();
-            assert_eq!(executor.fault(), Some(fault), "the first cause stays");
-            assert_eq!(drives.exchanges, exchanges, "no set-point after a fault");
-            assert!(drives.safes >= 11);
-            executor.clear().unwrap();
-            assert_eq!((executor.state(), executor.fault()), (State::Ready, None));
-        }
-    }
-}
-
-#[test]
 fn a_blocked_axis_is_a_following_error_with_its_numbers_and_peak() {
     let (mut executor, mut drives) = brought_to(State::Running);
     drives.spoil(|feedback| feedback[0].position_rad = START_RAD[0] as f32);
@@ -355,16 +284,55 @@ fn a_blocked_axis_is_a_following_error_with_its_numbers_and_peak() {
     assert_eq!(executor.monitor().peak_following_error_rad()[1], 0.0);
 }
 
-#[test]
-fn torque_rate_between_the_nodes_is_limited_and_flagged_but_no_fault() {
-    let c = 10.0;
-    let rate_nm_per_s = (1.9 * c * 200.0) as f32;
-    let axis = AxisLimits {
-        torque_rate_nm_per_s: rate_nm_per_s,
-        ..common::axis_limits()
+/// Axis 0 pushes with τ′ = a (1 − x²)² T₁₅(x) for 1 s: its peaks lie between the places that acceptance looks at.
+fn waves(limits: &Limits) -> Trajectory {
+    const POINTS: usize = 20;
+    let slope = |x: f64| (1.0 - x * x).powi(2) * (15.0 * x.clamp(-1.0, 1.0).acos()).cos();
+    let mut nodes = [0.0; POINTS + 1];
+    lgr::support_nodes(&mut nodes).unwrap();
+    // Simpson's rule in a thousand steps.
+    let torque = |x: f64| {
+        let (steps, h) = (1_000, (x + 1.0) / 1_000.0);
+        let step = |k: i32| {
+            let at = -1.0 + h * f64::from(k);
+            h / 6.0 * (slope(at) + 4.0 * slope(at + h / 2.0) + slope(at + h))
+        };
+        (0..steps).map(step).sum::<f64>()
     };
-    let limits = Limits::new(&[axis; AXES]).unwrap();
-    let trajectory = late_push(&limits, c);
+    let rows = nodes.map(|x| [0.0, 0.0, 0.0, 0.0, 100.0 * torque(x), 0.0]);
+    let mut builder = TrajectoryBuilder::new(1, limits);
+    builder
+        .interval(10_000_000, POINTS, rows.as_flattened())
+        .unwrap();
+    builder.finish().unwrap()
+}
+
+#[test]
+fn torque_rate_within_the_gap_of_acceptance_is_limited_and_flagged_but_no_fault() {
+    let under = |rate_nm_per_s: f32| {
+        let axis = AxisLimits {
+            torque_rate_nm_per_s: rate_nm_per_s,
+            ..common::axis_limits()
+        };
+        Limits::new(&[axis; AXES]).unwrap()
+    };
+    let accepted = |rate_nm_per_s: f32| {
+        let limits = under(rate_nm_per_s);
+        let config = AcceptConfig::default();
+        accept::check(&waves(&limits), &limits, &[0.0; AXES], &config).is_ok()
+    };
+    // The least limit under which it is accepted.
+    let (mut refused, mut rate_nm_per_s) = (10.0, 1_000.0);
+    for _ in 0..30 {
+        let middle = 0.5 * (refused + rate_nm_per_s);
+        if accepted(middle) {
+            rate_nm_per_s = middle;
+        } else {
+            refused = middle;
+        }
+    }
+    let limits = under(rate_nm_per_s);
+    let trajectory = waves(&limits);
 
     let mut executor = Executor::<AXES>::new(limits, Config::default()).unwrap();
     let mut drives = Drives::at(&SVector::zeros());

@@ -3,7 +3,7 @@
 mod common;
 
 use common::AXES;
-use stillpoint_firmware::monitor::{Monitor, MonitorConfig};
+use stillpoint_firmware::monitor::{Monitor, MonitorConfig, alive};
 use stillpoint_firmware::{DriveStatus, FaultCause, Feedback, Setpoint};
 
 fn at(position_rad: f32, status: DriveStatus) -> Feedback {
@@ -68,5 +68,30 @@ fn a_disabled_drive_is_a_fault_only_where_it_has_to_follow() {
     assert_eq!(
         monitor.check(&config, &[far; AXES], &feedback, true),
         disabled
+    );
+}
+
+#[test]
+fn what_is_told_of_feedback_that_is_wrong_in_several_ways() {
+    let config = MonitorConfig::default();
+    let mut feedback = at(f32::NAN, DriveStatus::Enabled);
+    assert_eq!(
+        alive(&config, 1, &feedback),
+        Err(FaultCause::FeedbackNotFinite { axis: 1 })
+    );
+    // Numbers that came too long ago say nothing about the encoder of today.
+    feedback.age_ticks = config.feedback_age_ticks + 1;
+    assert_eq!(
+        alive(&config, 1, &feedback),
+        Err(FaultCause::FeedbackStale {
+            axis: 1,
+            age_ticks: feedback.age_ticks,
+            limit_ticks: config.feedback_age_ticks,
+        })
+    );
+    feedback.status = DriveStatus::Fault { code: 7 };
+    assert_eq!(
+        alive(&config, 1, &feedback),
+        Err(FaultCause::DriveFault { axis: 1, code: 7 })
     );
 }

@@ -2,31 +2,13 @@
 
 mod common;
 
-use common::{AXES, Drives, FINE, START_RAD, brought_to, start, trajectory};
+use common::{AXES, BUILD_ID, FINE, START_RAD, brought_to, start, trajectory};
 use stillpoint_firmware::record::{PAST, RECENT};
-use stillpoint_firmware::{
-    DriveStatus, Executor, Fault, FaultCause, FaultRecord, HoldReason, State,
-};
-
-fn recorded(state: State) -> (Executor<AXES>, Drives) {
-    // The executor that is brought there has no record yet: bring it there again with one.
-    let (mut executor, mut drives) = brought_to(State::Ready);
-    executor.record_into(Box::leak(Box::default()), 77);
-    if state == State::Ready {
-        return (executor, drives);
-    }
-    executor.arm().unwrap();
-    executor.tick(&mut drives, &FINE);
-    if state == State::Armed {
-        return (executor, drives);
-    }
-    executor.start(&executor.start_request()).unwrap();
-    (executor, drives)
-}
+use stillpoint_firmware::{DriveStatus, Fault, FaultCause, FaultRecord, HoldReason, State};
 
 #[test]
 fn the_last_second_before_a_fault_is_kept() {
-    let (mut executor, mut drives) = recorded(State::Running);
+    let (mut executor, mut drives) = brought_to(State::Running);
     for _ in 0..100 {
         executor.tick(&mut drives, &FINE);
     }
@@ -53,7 +35,7 @@ fn the_last_second_before_a_fault_is_kept() {
     let record = executor.fault_record().unwrap();
     let head = record.head().unwrap();
     assert_eq!(head.fault, Some(fault));
-    assert_eq!((head.build_id, head.recording), (77, false));
+    assert_eq!((head.build_id, head.recording), (BUILD_ID, false));
     assert_eq!(head.trajectory_hash, trajectory().header().content_hash);
     let samples: Vec<_> = record.samples().collect();
     assert!(samples.len() >= RECENT + PAST - 10, "{}", samples.len());
@@ -101,7 +83,7 @@ fn the_last_second_before_a_fault_is_kept() {
 
 #[test]
 fn a_fault_with_the_drives_off_leaves_the_record_alone() {
-    let (mut executor, mut drives) = recorded(State::Armed);
+    let (mut executor, mut drives) = brought_to(State::Armed);
     drives.spoil(|feedback| feedback[0].status = DriveStatus::Fault { code: 1 });
     let first = executor.tick(&mut drives, &FINE).fault.unwrap();
     executor.clear().unwrap();
@@ -114,7 +96,7 @@ fn a_fault_with_the_drives_off_leaves_the_record_alone() {
 
 #[test]
 fn a_fault_without_feedback_is_recorded_too() {
-    let (mut executor, mut drives) = recorded(State::Running);
+    let (mut executor, mut drives) = brought_to(State::Running);
     drives.bus_broken = true;
     executor.tick(&mut drives, &FINE);
     let record = executor.fault_record().unwrap();

@@ -84,6 +84,16 @@ fn a_stop_takes_the_torque_away_at_once_and_is_not_forgotten() {
 }
 
 #[test]
+fn a_reset_of_faults_is_passed_on() {
+    let mut drives = drives();
+    drives.drives_mut().act(Action::Fault { axis: 1 });
+    drives.tick(&WELL);
+    assert_ne!(statuses(&mut drives), [DriveStatus::Disabled; 2]);
+    drives.reset_faults();
+    assert_eq!(statuses(&mut drives), [DriveStatus::Disabled; 2]);
+}
+
+#[test]
 fn a_broken_bus_is_left_to_the_executor() {
     let mut drives = following();
     drives.drives_mut().act(Action::CutBus);

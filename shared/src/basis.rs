@@ -110,4 +110,54 @@ impl Basis {
         }
         sum
     }
+
+    /// Gives `take` the index j, L_j(x) and L_j′(x) of every support point, from the last to the
+    /// first.
+    ///
+    /// By the product rule along the running products: P′ (x − x_i) + P.
+    #[inline]
+    pub fn cardinals(&self, x: f32, take: impl FnMut(usize, f32, f32)) {
+        self.cardinals_with(x, |value| value, take);
+    }
+
+    /// The slopes of [`Basis::cardinals`] with the magnitude of every difference and weight: nothing
+    /// cancels, so that they tell how large rounding errors can be. Zero beyond the basis.
+    // Rarely needed: small rather than fast.
+    #[inline(never)]
+    pub fn slope_sizes(&self, x: f32) -> [f32; MAX_SUPPORT] {
+        let mut sizes = [0.0; MAX_SUPPORT];
+        self.cardinals_with(x, f32::abs, |j, _, slope| {
+            if let Some(size) = sizes.get_mut(j) {
+                *size = slope;
+            }
+        });
+        sizes
+    }
+
+    #[inline]
+    fn cardinals_with(
+        &self,
+        x: f32,
+        size: impl Fn(f32) -> f32,
+        mut take: impl FnMut(usize, f32, f32),
+    ) {
+        let mut before = [(0.0, 0.0); MAX_SUPPORT];
+        let (mut product, mut slope) = (1.0, 0.0);
+        for (before, node) in before.iter_mut().zip(self.nodes()) {
+            *before = (product, slope);
+            let difference = size(x - node);
+            slope = slope * difference + product;
+            product *= difference;
+        }
+        let (mut product, mut slope) = (1.0, 0.0);
+        let support = self.nodes().iter().zip(&self.weights).zip(&before);
+        for (j, ((node, weight), before)) in support.enumerate().rev() {
+            let weight = size(*weight);
+            let own_slope = before.1 * product + before.0 * slope;
+            take(j, before.0 * product * weight, own_slope * weight);
+            let difference = size(x - node);
+            slope = slope * difference + product;
+            product *= difference;
+        }
+    }
 }

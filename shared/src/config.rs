@@ -110,16 +110,17 @@ impl Default for AcceptConfig {
     }
 }
 
-/// What the monitor allows.
+/// What the monitor allows drives that answer in every tick. What a bus needs is added by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MonitorConfig {
     /// Following error allowed at rest, in rad.
     pub following_at_rest_rad: f32,
     /// Following error allowed per commanded speed, in rad per rad/s: the lag of the drives in
-    /// seconds.
+    /// seconds. The lag of a bus comes on top.
     pub following_lag_s: f32,
-    /// Greatest age of feedback, in drive ticks.
+    /// Greatest age of feedback, in drive ticks. On a bus, where not every tick brings an answer:
+    /// answers that may be lost in a row. See [`Cycle::monitor`](crate::drive_config::Cycle::monitor).
     pub feedback_age_ticks: u16,
     /// Longest duration of a tick during a move, in time ticks of 0.1 µs.
     pub busy_limit_ticks: u32,

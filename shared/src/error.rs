@@ -4,9 +4,9 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::MAX_AXES;
 use crate::basis::MAX_POINTS;
 use crate::trajectory::{FORMAT_VERSION, MAX_BASES, MAX_COEFFICIENTS, MAX_INTERVALS};
+use crate::{MAX_AXES, ordinal};
 
 /// Why bytes are no trajectory, or numbers cannot become one. Its `Display` says what to do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -175,20 +175,27 @@ impl fmt::Display for TrajectoryError {
             Self::Points { interval, points } => {
                 write!(
                     f,
-                    "interval {interval} has {points} points: use 2 to {MAX_POINTS}"
+                    "interval {interval} has {points} points: use 2 to {MAX_POINTS}",
+                    interval = ordinal(interval)
                 )
             }
             Self::TooManyBases { interval } => write!(
                 f,
                 "interval {interval} brings in one more number of points than the {MAX_BASES} different ones that fit: \
-                 use fewer different ones"
+                 use fewer different ones",
+                interval = ordinal(interval)
             ),
             Self::NoDuration { interval } => write!(
                 f,
-                "interval {interval} lasts no time: give it 0.1 µs at least"
+                "interval {interval} lasts no time: give it 0.1 µs at least",
+                interval = ordinal(interval)
             ),
             Self::TooLong { interval } => {
-                write!(f, "the move passes 429 s in interval {interval}: split it")
+                write!(
+                    f,
+                    "the move passes 429 s in interval {interval}: split it",
+                    interval = ordinal(interval)
+                )
             }
             Self::Duration {
                 header_ticks,
@@ -204,12 +211,14 @@ impl fmt::Display for TrajectoryError {
             } => {
                 write!(
                     f,
-                    "interval {interval} has {found} coefficients, its points and axes ask for {expected}"
+                    "interval {interval} has {found} coefficients, its points and axes ask for {expected}",
+                    interval = ordinal(interval)
                 )
             }
             Self::TooManyCoefficients { interval, needed } => write!(
                 f,
-                "{needed} coefficients are reached in interval {interval}, {MAX_COEFFICIENTS} fit: plan on a coarser mesh"
+                "{needed} coefficients are reached in interval {interval}, {MAX_COEFFICIENTS} fit: plan on a coarser mesh",
+                interval = ordinal(interval)
             ),
             Self::NotFinite {
                 interval,
@@ -218,7 +227,8 @@ impl fmt::Display for TrajectoryError {
             } => {
                 write!(
                     f,
-                    "value {index} of interval {interval} is {value}, which is no finite 32-bit number"
+                    "value {index} of interval {interval} is {value}, which is no finite 32-bit number",
+                    interval = ordinal(interval)
                 )
             }
             Self::BufferTooSmall { available } => {

@@ -17,6 +17,7 @@ pub mod basis;
 pub mod config;
 pub mod drive_config;
 pub mod drive_error;
+pub mod encode;
 pub mod hash;
 pub mod lgr;
 pub mod limits;
@@ -27,11 +28,13 @@ pub mod time;
 pub mod trajectory;
 
 mod error;
+mod ordinal;
 mod wire;
 
 pub use basis::Basis;
 pub use drive_config::{AxisDrive, BusConfig, DriveConfig, DriveConfigError};
 pub use limits::{AxisLimits, LimitName, Limits, LimitsError};
+pub use ordinal::ordinal;
 pub use player::{Player, Sample, Schedule};
 pub use trajectory::{Header, Interval, Trajectory, TrajectoryBuilder, TrajectoryError};
 

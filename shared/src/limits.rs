@@ -5,7 +5,7 @@ use core::fmt;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::{MAX_AXES, hash};
+use crate::{MAX_AXES, hash, ordinal};
 
 /// Limits of one axis at the joint.
 ///
@@ -156,7 +156,8 @@ impl fmt::Display for LimitsError {
             Self::Value { axis, name, value } => {
                 write!(
                     f,
-                    "{name} of axis {axis} is {value}: give a finite positive number (knee and slope may be zero)"
+                    "{name} of axis {axis} is {value}: give a finite positive number (knee and slope may be zero)",
+                    axis = ordinal(axis)
                 )
             }
         }

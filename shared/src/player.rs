@@ -81,18 +81,19 @@ impl Schedule {
 
     /// Index of the basis on N = `points` points, prepared if it is the first of its kind.
     fn basis(&mut self, interval: usize, points: usize) -> Result<u8, TrajectoryError> {
-        let index = match self.bases.iter().position(|basis| basis.points() == points) {
-            Some(index) => index,
-            None => {
-                let basis =
-                    Basis::new(points).map_err(|_| TrajectoryError::Points { interval, points })?;
-                self.bases
-                    .push(basis)
-                    .map_err(|_| TrajectoryError::TooManyBases { interval })?;
-                self.bases.len() - 1
-            }
-        };
-        Ok(index as u8)
+        if let Some(index) = self.bases.iter().position(|basis| basis.points() == points) {
+            return Ok(index as u8);
+        }
+        if self.bases.is_full() {
+            return Err(TrajectoryError::TooManyBases { interval });
+        }
+        // A basis is large: it is not handed through a chain of results.
+        match Basis::new(points) {
+            // There is room: this cannot fail.
+            Ok(basis) => _ = self.bases.push(basis),
+            Err(_) => return Err(TrajectoryError::Points { interval, points }),
+        }
+        Ok(self.bases.len() as u8 - 1)
     }
 
     /// The values of `trajectory`, which this is the schedule of, at `ticks` after the start; the

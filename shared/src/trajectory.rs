@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::assembly::Outline;
 use crate::basis::MAX_POINTS;
-use crate::{Limits, MAX_AXES, hash, wire};
+use crate::{Limits, MAX_AXES, encode, hash, wire};
 
 pub use crate::error::TrajectoryError;
 
@@ -191,20 +191,20 @@ impl Trajectory {
     /// coefficients: [f32] }] }` with both lists length-prefixed, as any postcard reader sees them.
     pub fn encode<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b mut [u8], TrajectoryError> {
         let available = buffer.len();
-        postcard::to_slice(&wire::Whole(self), buffer)
-            .map_err(|_| TrajectoryError::BufferTooSmall { available })
+        encode::to_slice(&wire::Whole(self), buffer)
+            .ok_or(TrajectoryError::BufferTooSmall { available })
     }
 
     /// Hands the bytes of [`Trajectory::encode`] to `sink` piece by piece, for a board that has no
     /// buffer for all of them. Returns false when the sink has returned false.
-    pub fn encode_into(&self, sink: impl FnMut(&[u8]) -> bool) -> bool {
+    pub fn encode_into(&self, sink: &mut dyn FnMut(&[u8]) -> bool) -> bool {
         wire::encode_into(self, sink)
     }
 
     /// Number of bytes of [`Trajectory::encode`].
     pub fn encoded_bytes(&self) -> usize {
         let mut bytes = 0;
-        self.encode_into(|piece| {
+        self.encode_into(&mut |piece| {
             bytes += piece.len();
             true
         });

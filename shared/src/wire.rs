@@ -1,10 +1,10 @@
 //! The trajectory's postcard bytes, written piece by piece from flat storage and read back
 //! strictly.
 
-use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::MAX_AXES;
+use crate::encode::encode;
 use crate::trajectory::{
     FORMAT_VERSION, Header, MAGIC, MAX_INTERVALS, Trajectory, TrajectoryError,
 };
@@ -38,31 +38,8 @@ impl Serialize for Intervals<'_> {
     }
 }
 
-/// Where pieces of bytes go until one is not taken.
-struct Sink<F>(F);
-
-impl<F: FnMut(&[u8]) -> bool> Flavor for Sink<F> {
-    type Output = ();
-
-    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        self.try_extend(&[byte])
-    }
-
-    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
-        if self.0(bytes) {
-            Ok(())
-        } else {
-            Err(postcard::Error::SerializeBufferFull)
-        }
-    }
-
-    fn finalize(self) -> postcard::Result<()> {
-        Ok(())
-    }
-}
-
-pub(crate) fn encode_into(trajectory: &Trajectory, sink: impl FnMut(&[u8]) -> bool) -> bool {
-    postcard::serialize_with_flavor(&Whole(trajectory), Sink(sink)).is_ok()
+pub(crate) fn encode_into(trajectory: &Trajectory, sink: &mut dyn FnMut(&[u8]) -> bool) -> bool {
+    encode(&Whole(trajectory), sink)
 }
 
 /// Bytes not read yet.

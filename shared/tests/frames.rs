@@ -10,8 +10,8 @@ use stillpoint_shared::protocol::{
     MAX_TELEMETRY_BYTES, Message, Request, Response, Status, StoredMove, Telemetry, Versions,
 };
 use stillpoint_shared::status::{
-    Command, CommsPolicy, Fault, FaultCause, HoldReason, LimitFlags, Place, Quantity, Refusal,
-    Rejection, StartRequest, State,
+    Command, CommsPolicy, DriveStatus, Fault, FaultCause, HoldReason, LimitFlags, Place, Quantity,
+    Refusal, Rejection, StartRequest, State,
 };
 use stillpoint_shared::trajectory::{MAX_INTERVALS, Span};
 use stillpoint_shared::{AxisLimits, Limits};
@@ -176,6 +176,7 @@ fn the_largest_responses_fit() {
     };
     let limited = LimitFlags::from_bits(u8::MAX);
     let axis = AxisStatus {
+        drive: Some(DriveStatus::Fault { code: u16::MAX }),
         measured_rad: Some(1.0),
         following_peak_rad: 1.0,
         limited,

@@ -15,8 +15,8 @@ use stillpoint_shared::protocol::{
     Denial, Message, Request, Response, SCHEMA, SCHEMA_HASH, StoreError,
 };
 use stillpoint_shared::status::{
-    Command, CommsPolicy, ConfigError, ConfigField, FaultCause, HoldReason, Limit, Quantity,
-    Refusal, Rejection, State,
+    Command, CommsPolicy, ConfigError, ConfigField, DriveStatus, FaultCause, HoldReason, Limit,
+    Quantity, Refusal, Rejection, State,
 };
 use stillpoint_shared::{LimitName, LimitsError, TrajectoryError};
 
@@ -48,7 +48,7 @@ fn registry() -> Registry {
     }
     trace!(
         State,
-        Command, CommsPolicy, HoldReason, Quantity, Limit, LimitName
+        Command, CommsPolicy, DriveStatus, HoldReason, Quantity, Limit, LimitName
     );
     trace!(
         ConfigField,

@@ -63,8 +63,8 @@ fn the_largest_trajectory_fits_its_buffer() {
     let limits = limits();
     let mut builder = TrajectoryBuilder::new(u32::MAX, &limits);
     for _ in 0..MAX_INTERVALS {
-        let values = vec![-1.5; coefficient_count(6, AXES)];
-        builder.interval(6_000_000, 6, &values).unwrap();
+        let values = vec![-1.5; coefficient_count(4, AXES)];
+        builder.interval(6_000_000, 4, &values).unwrap();
     }
     let trajectory = builder.finish().unwrap();
     assert!(MAX_COEFFICIENTS - trajectory.coefficients().len() < 9 * MAX_INTERVALS);
@@ -216,8 +216,8 @@ fn the_builder_refuses_what_the_board_could_not_hold() {
     assert_eq!(
         full,
         Some(TrajectoryError::TooManyCoefficients {
-            interval: 13,
-            needed: 14 * 297
+            interval: 10,
+            needed: 11 * 297
         })
     );
 

@@ -263,6 +263,10 @@ impl<const N: usize, B: Buses> DriveGroup<N> for Cia402Group<N, B> {
             self.transmit(bus);
         }
     }
+
+    fn reset_faults(&mut self) {
+        self.request_fault_reset();
+    }
 }
 
 /// A controller has taken no frame for too long.

@@ -57,7 +57,8 @@
 //!   off.
 //! * `safe` makes the very next frame of each axis Disable voltage and brings SYNC forward.
 //! * A fault is reset by one rising edge of bit 7, only on
-//!   [`request_fault_reset`](Cia402Group::request_fault_reset), and only while the drives are off.
+//!   [`request_fault_reset`](Cia402Group::request_fault_reset), which the executor calls for a
+//!   `clear`, and only while the drives are off.
 //!
 //! # Errors in `DriveStatus::Fault`
 //! The code of the drive's emergency message; 603Fh is read if that was lost, and 1000h (generic)
@@ -70,6 +71,7 @@
 mod abort;
 mod axis;
 mod bus;
+mod configured;
 mod error_code;
 mod frame;
 mod group;
@@ -87,6 +89,7 @@ mod units;
 
 pub use abort::AbortCode;
 pub use bus::{Buses, Received, Sent};
+pub use configured::{ConfiguredDrives, NoDrives};
 pub use frame::CanFrame;
 pub use group::{BusStuck, Cia402Group, GroupError, MOST_RECEIVED};
 pub use nmt::NmtState;

@@ -144,6 +144,7 @@ impl<const AXES: usize> Executor<AXES> {
     /// go on. Where nothing moves the torque goes with the next tick.
     pub fn quick_stop(&mut self) {
         self.stop(FaultCause::QuickStop);
+        self.record_fault();
     }
 
     /// A quick stop for a reason.
@@ -161,17 +162,23 @@ impl<const AXES: usize> Executor<AXES> {
     /// Takes the torque away at the next tick and latches the fault, in any state.
     pub fn emergency_stop(&mut self) {
         self.fail(FaultCause::EmergencyStop);
+        self.record_fault();
     }
 
-    /// Leaves `Fault`. What is loaded stays loaded, and the record stays.
+    /// Leaves `Fault`, and lets the next tick reset the faults that the drives have latched: also
+    /// where the executor is in no fault itself, for a drive may have come up in one. What is
+    /// loaded or loading stays so, and the record stays.
     pub fn clear(&mut self) -> Result<(), Refusal> {
         self.allows(Command::Clear)?;
         if self.stop_pressed {
             return Err(Refusal::EmergencyStop);
         }
-        self.fault.empty_out();
-        self.dry_run = false;
-        self.state = self.rest();
+        self.reset_drives = true;
+        if self.state == State::Fault {
+            self.fault.empty_out();
+            self.dry_run = false;
+            self.state = self.rest();
+        }
         Ok(())
     }
 
@@ -192,7 +199,7 @@ impl<const AXES: usize> Executor<AXES> {
         })?;
         let tolerance_rad = self.config.accept.start_tolerance_rad;
         for (axis, (feedback, first_rad)) in (0u8..).zip(feedback.iter().zip(first.position_rad)) {
-            monitor::alive(&self.config.monitor, axis, feedback).map_err(Refusal::Feedback)?;
+            monitor::alive(&self.allowed, axis, feedback).map_err(Refusal::Feedback)?;
             let measured_rad = feedback.position_rad;
             if (measured_rad - first_rad).abs() > tolerance_rad {
                 return Err(Refusal::NotAtStart {

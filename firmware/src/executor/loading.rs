@@ -117,7 +117,7 @@ impl<const AXES: usize> Executor<AXES> {
         accept::check(
             trajectory,
             limits,
-            measured_rad.as_slice(),
+            &(*measured_rad).into(),
             &self.config.accept,
         )?;
         let pace = Pace::of(trajectory, limits, self.config.ramp_s);

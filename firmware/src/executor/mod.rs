@@ -10,12 +10,13 @@ mod report;
 mod tick;
 
 use nalgebra::SVector;
+use stillpoint_shared::drive_config::Cycle;
 use stillpoint_shared::{Limits, Trajectory, time};
 
 use crate::buffers::Buffers;
 use crate::comms::CommsWatch;
 use crate::limiter::LimiterConfig;
-use crate::monitor::Monitor;
+use crate::monitor::{Monitor, MonitorConfig};
 use crate::pace::Pace;
 use crate::path_time::PathTime;
 use crate::ramp::Ramp;
@@ -44,6 +45,8 @@ pub struct Executor<const AXES: usize> {
     /// The hold was not asked for, but came with the host's silence.
     held_by_silence: bool,
     stop_pressed: bool,
+    /// The drives' faults are to be reset with the next tick.
+    reset_drives: bool,
     /// 100 % less the override in per cent, so that a new one is zero.
     slower_percent: u8,
     commanded: [Setpoint; AXES],
@@ -57,9 +60,14 @@ pub struct Executor<const AXES: usize> {
     period_s: f32,
     approach_step_rad: f32,
     config: Config,
+    /// What the monitor allows: as configured, and what the bus needs.
+    allowed: MonitorConfig,
+    bus: Slot<Cycle>,
     comms: CommsWatch,
     fault: Slot<Fault>,
     record: Option<&'static mut FaultRecord<AXES>>,
+    /// Samples are being added to the record.
+    recording: bool,
     /// Ticks until the next sample of the record.
     record_in_ticks: u16,
     record_every_ticks: u16,
@@ -81,6 +89,12 @@ const NO_FAULT: Fault = Fault {
     tick: 0,
 };
 
+const NO_CYCLE: Cycle = Cycle {
+    ticks: 0,
+    lead_ticks: 0,
+    reply_ticks: 0,
+};
+
 const AT_ZERO: Setpoint = Setpoint {
     position_rad: 0.0,
     velocity_rad_per_s: 0.0,
@@ -92,6 +106,8 @@ impl<const AXES: usize> Executor<AXES> {
     pub const fn unconfigured() -> Self {
         Self {
             config: Config::UNSET,
+            allowed: Config::UNSET.monitor,
+            bus: Slot::empty(NO_CYCLE),
             limits: None,
             limits_hash: 0,
             limiters: [LimiterConfig::NONE; AXES],
@@ -103,6 +119,7 @@ impl<const AXES: usize> Executor<AXES> {
             dry_run: false,
             held_by_silence: false,
             stop_pressed: false,
+            reset_drives: false,
             tick: 0,
             path: PathTime::START,
             ramp: Ramp::at(0),
@@ -116,6 +133,7 @@ impl<const AXES: usize> Executor<AXES> {
             monitor: Monitor::NEW,
             fault: Slot::empty(NO_FAULT),
             record: None,
+            recording: false,
             record_in_ticks: 0,
             record_every_ticks: 0,
             build_id: 0,
@@ -155,7 +173,35 @@ impl<const AXES: usize> Executor<AXES> {
         self.limits_hash = limits.hash();
         self.limits = Some(limits);
         self.config = config;
+        self.allow();
         Ok(())
+    }
+
+    /// The drives are behind a bus with this cycle, if any: the monitor allows what that costs, on
+    /// top of what is configured, now and after every other configuration.
+    pub fn allow_for_bus(&mut self, cycle: Option<Cycle>) {
+        match cycle {
+            Some(cycle) => self.bus.put(cycle),
+            None => self.bus.empty_out(),
+        }
+        self.allow();
+    }
+
+    fn allow(&mut self) {
+        let Config {
+            monitor,
+            period_ticks,
+            ..
+        } = &self.config;
+        self.allowed = match self.bus.get() {
+            Some(cycle) => cycle.monitor(monitor, *period_ticks),
+            None => *monitor,
+        };
+    }
+
+    /// What the monitor allows: as configured, and what the bus needs on top.
+    pub fn allowed(&self) -> &MonitorConfig {
+        &self.allowed
     }
 
     /// Where the executor is.

@@ -25,9 +25,10 @@ impl<const AXES: usize> Executor<AXES> {
     pub(super) fn begin_record(&mut self) {
         let trajectory_hash = self.trajectory().header().content_hash;
         if let Some(record) = self.record.as_deref_mut() {
-            if record.is_recording() {
+            if self.recording {
                 record.turn_to(trajectory_hash);
             } else {
+                self.recording = true;
                 self.record_in_ticks = 0;
                 record.begin(self.build_id, trajectory_hash, self.config.period_ticks);
             }
@@ -35,16 +36,18 @@ impl<const AXES: usize> Executor<AXES> {
     }
 
     pub(super) fn end_record(&mut self) {
+        self.recording = false;
         if let Some(record) = self.record.as_deref_mut() {
             record.end();
         }
     }
 
-    /// Adds this tick if it is time, and in any case if it ended in a fault.
+    /// Adds this tick if it is time, and in any case if it ended in a fault, which closes the
+    /// record.
     #[inline]
     pub(super) fn record(&mut self) {
         let failed = self.state == State::Fault;
-        if self.record.is_none() {
+        if !self.recording {
             return;
         }
         if self.record_in_ticks > 0 && !failed {
@@ -57,7 +60,15 @@ impl<const AXES: usize> Executor<AXES> {
             record.push(&sample);
             if let Some(&fault) = self.fault.get().filter(|_| failed) {
                 record.close(fault);
+                self.recording = false;
             }
+        }
+    }
+
+    /// Closes the record of a fault between two ticks: at once, lest `clear` come before the next.
+    pub(super) fn record_fault(&mut self) {
+        if self.state == State::Fault {
+            self.record();
         }
     }
 

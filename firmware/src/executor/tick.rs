@@ -16,14 +16,13 @@ impl<const AXES: usize> Executor<AXES> {
     ///
     /// Bounded: one evaluation, and loops over the axes; division only while the path speed
     /// changes.
-    pub fn tick<D: DriveGroup<AXES>>(
+    pub fn tick<D: DriveGroup<AXES> + ?Sized>(
         &mut self,
         drives: &mut D,
         inputs: &TickInputs,
     ) -> TickReport<'_, AXES> {
         self.tick = self.tick.wrapping_add(1);
         self.sent_path_ticks = self.path.ticks();
-        let was_energised = self.state.is_energised();
         if let Err(cause) = self.watch(inputs) {
             self.fail(cause);
         }
@@ -34,11 +33,13 @@ impl<const AXES: usize> Executor<AXES> {
             }
         } else {
             drives.safe();
+            if self.reset_drives {
+                drives.reset_faults();
+            }
             self.observe(drives);
         }
-        if was_energised {
-            self.record();
-        }
+        self.reset_drives = false;
+        self.record();
         self.report()
     }
 
@@ -49,11 +50,8 @@ impl<const AXES: usize> Executor<AXES> {
             return Err(FaultCause::EmergencyStop);
         }
         if self.state.is_under_way() {
-            self.monitor.check_loop(
-                &self.config.monitor,
-                inputs.busy_ticks,
-                inputs.missed_ticks,
-            )?;
+            self.monitor
+                .check_loop(&self.allowed, inputs.busy_ticks, inputs.missed_ticks)?;
         }
         self.watch_host();
         Ok(())
@@ -80,7 +78,7 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    fn drive<D: DriveGroup<AXES>>(&mut self, drives: &mut D) -> Result<(), FaultCause> {
+    fn drive<D: DriveGroup<AXES> + ?Sized>(&mut self, drives: &mut D) -> Result<(), FaultCause> {
         let playing = self.state != State::Armed;
         let wanted = if playing {
             self.along_path()
@@ -112,7 +110,7 @@ impl<const AXES: usize> Executor<AXES> {
             .ok_or(FaultCause::ExchangeFailed)?;
         let enabled = playing && !self.dry_run;
         self.monitor
-            .check(&self.config.monitor, &self.commanded, feedback, enabled)?;
+            .check(&self.allowed, &self.commanded, feedback, enabled)?;
         self.proceed()
     }
 
@@ -232,7 +230,7 @@ impl<const AXES: usize> Executor<AXES> {
         Some(wanted)
     }
 
-    fn observe<D: DriveGroup<AXES>>(&mut self, drives: &mut D) {
+    fn observe<D: DriveGroup<AXES> + ?Sized>(&mut self, drives: &mut D) {
         self.limited = [LimitFlags::NONE; AXES];
         let Some(feedback) = self.feedback.keep(drives.observe()) else {
             return;

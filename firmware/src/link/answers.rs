@@ -1,13 +1,13 @@
 //! What each request does.
 
 use heapless::{String, Vec};
-use stillpoint_shared::Limits;
-use stillpoint_shared::drive_config::{Cycle, DriveConfig};
+use stillpoint_shared::drive_config::Cycle;
 use stillpoint_shared::protocol::{
     Capacities, Denial, Greeting, Identity, LinkCounters, Request, Response, Versions,
 };
+use stillpoint_shared::{AxisDrive, AxisLimits, BusConfig, DriveConfig, Limits};
 
-use super::machine::Access;
+use super::machine::{Access, Machine};
 use super::session::Outcome;
 use super::{BoardInfo, WINDOW};
 use crate::store::Store;
@@ -18,6 +18,8 @@ use crate::{Command, Config, ConfigError, Refusal};
 pub(super) struct Reach<'a, M, F> {
     pub(super) machine: &'a mut M,
     pub(super) store: &'a mut Store<F>,
+    /// Set where an order comes true with the next start of the board only.
+    pub(super) wants_start: &'a mut bool,
 }
 
 impl<M, F: Flash> Reach<'_, M, F> {
@@ -48,6 +50,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
     }
 
     /// Answers a request that is no order.
+    #[inline(never)] // Its response is large, and no order should have it on its stack.
     pub(super) fn ask<const AXES: usize>(
         &mut self,
         request: &Request<'_>,
@@ -73,30 +76,48 @@ impl<M, F: Flash> Reach<'_, M, F> {
             Request::GetConfig => Response::Config(self.machine.with(|m| m.configuration())?.1),
             Request::GetDrives => Response::Drives(self.store.drives()),
             Request::GetFault => Response::Fault(self.machine.with(|m| m.fault_head())),
-            Request::GetFaultSamples { first } => {
-                let samples = self.machine.with(|m| m.fault_samples(first));
-                if samples.is_empty() {
-                    let head = self.machine.with(|m| m.fault_head());
-                    let samples = head.map_or(0, |head| head.samples);
-                    return Err(Denial::FaultSample { first, samples });
-                }
-                Response::FaultSamples(samples)
-            }
+            Request::GetFaultSamples { first } => self.fault_samples(first)?,
             // The orders, which do not come here.
             _ => return Err(Denial::NotUnderstood { bytes: 0 }),
         })
     }
 
-    /// Whether the executor takes a command, as far as its state says.
-    fn allow<const AXES: usize>(&mut self, command: Command) -> Result<(), Refusal>
+    #[inline(never)]
+    fn fault_samples<const AXES: usize>(&mut self, first: u16) -> Result<Response, Denial>
     where
         M: Access<AXES>,
     {
-        self.machine
-            .with(|machine| machine.executor.allows(command))
+        let samples = self.machine.with(|m| m.fault_samples(first));
+        if samples.is_empty() {
+            let head = self.machine.with(|m| m.fault_head());
+            let samples = head.map_or(0, |head| head.samples);
+            return Err(Denial::FaultSample { first, samples });
+        }
+        Ok(Response::FaultSamples(samples))
+    }
+
+    /// Does something that takes many ticks or writes flash, if the executor's state allows it. The
+    /// drive loop goes on meanwhile, but no other state comes of it: what is refused has changed
+    /// nothing.
+    fn at_rest<const AXES: usize>(
+        &mut self,
+        command: Command,
+        act: impl FnOnce(&mut Machine<AXES>, &mut Store<F>) -> Result<(), Denial>,
+    ) -> Result<(), Denial>
+    where
+        M: Access<AXES>,
+    {
+        // Before the drive loop is left without the executor, and when it cannot change any more.
+        self.machine.with(|m| m.executor.allows(command))?;
+        let store = &mut *self.store;
+        self.machine.at_rest(|m| {
+            m.executor.allows(command)?;
+            act(m, store)
+        })
     }
 
     /// Obeys an order.
+    #[inline(never)]
     pub(super) fn obey<const AXES: usize>(
         &mut self,
         request: &Request<'_>,
@@ -113,10 +134,9 @@ impl<M, F: Flash> Reach<'_, M, F> {
                 return Ok(Outcome::Upload(begun?));
             }
             Request::UploadCommit { content_hash } => {
-                self.allow(Command::CommitLoad)?;
-                self.machine.at_rest(|m| {
+                self.at_rest(Command::CommitLoad, |m, _| {
                     let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
-                    m.executor.commit_load(content_hash, &measured_rad)
+                    Ok(m.executor.commit_load(content_hash, &measured_rad)?)
                 })?;
             }
             Request::UploadAbort => self.machine.with(|m| m.executor.abort_load()),
@@ -131,40 +151,28 @@ impl<M, F: Flash> Reach<'_, M, F> {
             Request::QuickStop => self.machine.with(|m| m.executor.quick_stop()),
             Request::Clear => self.machine.with(|m| m.executor.clear())?,
             Request::Store => {
-                self.allow(Command::Store)?;
-                let store = &mut *self.store;
-                self.machine
-                    .at_rest(|m| store.put(m.executor.trajectory()))?;
+                self.at_rest(Command::Store, |m, store| {
+                    Ok(store.put(m.executor.trajectory())?)
+                })?;
             }
             Request::Load { content_hash } => {
-                self.allow(Command::Load)?;
-                let bytes = self.store.find(content_hash)?;
-                self.machine.at_rest(|m| {
+                self.at_rest(Command::Load, |m, store| {
+                    let bytes = store.find(content_hash)?;
                     let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
-                    m.executor.load_encoded(bytes, &measured_rad)
+                    Ok(m.executor.load_encoded(bytes, &measured_rad)?)
                 })?;
             }
             Request::Erase { content_hash } => {
-                self.allow(Command::Erase)?;
-                match content_hash {
-                    Some(content_hash) => self.store.delete(content_hash)?,
-                    None => self.store.delete_all()?,
-                }
+                self.at_rest(Command::Erase, |_, store| {
+                    let erased = match content_hash {
+                        Some(content_hash) => store.delete(content_hash),
+                        None => store.delete_all(),
+                    };
+                    Ok(erased?)
+                })?;
             }
             Request::SetTelemetry(config) => self.machine.with(|m| m.tap.set(config)),
-            Request::SetLimits(ref axes) => {
-                let limits = Limits::new(axes).map_err(Denial::Limits)?;
-                let config = self.machine.with(|m| *m.executor.config());
-                let config = if config.period_ticks == 0 {
-                    info.config()
-                } else {
-                    config
-                };
-                self.machine.with(|m| m.may_configure(&limits, &config))?;
-                self.store.put_limits(&limits)?;
-                self.machine
-                    .with(|m| m.executor.configure(limits, config))?;
-            }
+            Request::SetLimits(ref axes) => self.set_limits(axes, info)?,
             Request::SetConfig(config) => {
                 let (given_ticks, board_ticks) = (config.period_ticks, info.period_ticks);
                 if given_ticks != board_ticks {
@@ -175,25 +183,66 @@ impl<M, F: Flash> Reach<'_, M, F> {
                     return Err(Refusal::from(error).into());
                 }
                 let (limits, _) = self.machine.with(|m| m.configuration())?;
-                self.machine.with(|m| m.may_configure(&limits, &config))?;
-                self.store.put_config(&config)?;
-                self.machine
-                    .with(|m| m.executor.configure(limits, config))?;
+                self.at_rest(Command::Configure, |m, store| {
+                    m.may_configure(&limits, &config)?;
+                    store.put_config(&config)?;
+                    Ok(m.executor.configure(limits, config)?)
+                })?;
             }
-            Request::SetDrives { bus, ref axes } => {
-                if axes.len() != AXES {
-                    let (given, board) = (axes.len() as u8, AXES as u8);
-                    return Err(Denial::DriveAxes { given, board });
-                }
-                let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
-                Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
-                self.allow(Command::Configure)?;
-                self.store.put_drives(&drives)?;
-            }
+            Request::SetDrives { bus, ref axes } => self.set_drives(bus, axes, info)?,
             // The others, which do not come here.
             _ => return Err(Denial::NotUnderstood { bytes: 0 }),
         }
         Ok(Outcome::Done)
+    }
+
+    // On its own, so that its limits are not on the stack while a trajectory is checked.
+    #[inline(never)]
+    fn set_limits<const AXES: usize>(
+        &mut self,
+        axes: &[AxisLimits],
+        info: &BoardInfo,
+    ) -> Result<(), Denial>
+    where
+        M: Access<AXES>,
+    {
+        let limits = Limits::new(axes).map_err(Denial::Limits)?;
+        let config = self.machine.with(|m| *m.executor.config());
+        let config = if config.period_ticks == 0 {
+            info.config()
+        } else {
+            config
+        };
+        self.at_rest(Command::Configure, |m, store| {
+            m.may_configure(&limits, &config)?;
+            store.put_limits(&limits)?;
+            Ok(m.executor.configure(limits, config)?)
+        })
+    }
+
+    #[inline(never)]
+    fn set_drives<const AXES: usize>(
+        &mut self,
+        bus: BusConfig,
+        axes: &[AxisDrive],
+        info: &BoardInfo,
+    ) -> Result<(), Denial>
+    where
+        M: Access<AXES>,
+    {
+        if axes.len() != AXES {
+            let (given, board) = (axes.len() as u8, AXES as u8);
+            return Err(Denial::DriveAxes { given, board });
+        }
+        let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
+        Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
+        let others = self.store.drives().as_ref() != Some(&drives);
+        self.at_rest(
+            Command::Configure,
+            |_, store| Ok(store.put_drives(&drives)?),
+        )?;
+        *self.wants_start |= others;
+        Ok(())
     }
 }
 

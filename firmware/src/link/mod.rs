@@ -20,8 +20,8 @@ mod tap;
 
 use heapless::Deque;
 use stillpoint_shared::protocol::{
-    Denial, Envelope, FrameDecoder, LinkCounters, MAX_FRAME_BYTES, MAX_TELEMETRY_BYTES, Message,
-    Request, Response, TelemetryConfig, frame,
+    Denial, Envelope, FrameDecoder, Hello, LinkCounters, MAX_FRAME_BYTES, MAX_TELEMETRY_BYTES,
+    Message, Request, Response, TelemetryConfig, frame,
 };
 
 use crate::Refusal;
@@ -66,6 +66,7 @@ pub struct Link {
     outbox: Outbox,
     counters: LinkCounters,
     telemetry_sequence: u16,
+    wants_start: bool,
 }
 
 // All in all 6 kB with the tap, beside the executor.
@@ -93,7 +94,14 @@ impl Link {
                 dropped: 0,
             },
             telemetry_sequence: 0,
+            wants_start: false,
         }
+    }
+
+    /// Whether the board is to be started anew, with the drives off and when everything is sent:
+    /// other drives are configured than those it started with.
+    pub fn wants_start(&self) -> bool {
+        self.wants_start && self.outbox.pending().is_empty()
     }
 
     /// What the board says about itself.
@@ -152,8 +160,14 @@ impl Link {
         store: &mut Store<F>,
     ) -> bool {
         if self.outbox.room() >= MAX_FRAME_BYTES {
-            let mut reach = Reach { machine, store };
+            let mut wants_start = self.wants_start;
+            let mut reach = Reach {
+                machine,
+                store,
+                wants_start: &mut wants_start,
+            };
             self.next_request(&mut reach);
+            self.wants_start = wants_start;
         }
         self.send_telemetry(machine);
         !self.inbox.is_empty()
@@ -173,22 +187,25 @@ impl Link {
                 continue;
             };
             count(&mut self.counters.requests);
-            let answering = Answering {
+            let mut answering = Answering {
                 info: &self.info,
                 session: &mut self.session,
                 counters: &mut self.counters,
+                outbox: &mut self.outbox,
             };
-            let (session, response) = answering.answer(envelope.sequence, envelope, body, reach);
-            let envelope = Envelope {
-                session,
-                ..envelope
-            };
-            // It fits: this cannot fail.
-            let _ = self.outbox.push(envelope, &Message::Response(response));
+            match Request::decode(body) {
+                Ok(request) => answering.take(envelope, &request, reach),
+                Err(_) => {
+                    let bytes = body.len() as u16;
+                    let denial = Denial::NotUnderstood { bytes };
+                    answering.send(envelope, Response::Denied(denial));
+                }
+            }
             return;
         }
     }
 
+    #[inline(never)]
     fn send_telemetry<const AXES: usize>(&mut self, machine: &mut impl Access<AXES>) {
         while self.outbox.room() >= MAX_FRAME_BYTES + MAX_TELEMETRY_BYTES {
             let Some(sample) = machine.with(|machine| machine.tap.pop()) else {
@@ -211,68 +228,97 @@ struct Answering<'a> {
     info: &'a BoardInfo,
     session: &'a mut Session,
     counters: &'a mut LinkCounters,
+    outbox: &'a mut Outbox,
 }
 
 impl Answering<'_> {
-    /// The response, and the session it is sent in.
-    fn answer<const AXES: usize, M: Access<AXES>, F: Flash>(
-        self,
-        sequence: u16,
-        envelope: Envelope,
-        body: &[u8],
-        reach: &mut Reach<'_, M, F>,
-    ) -> (u16, Response) {
-        let request = match frame::read(body) {
-            Ok(Request::Hello(hello)) => {
-                let (session, is_new) = self.session.greet(&hello);
-                if is_new {
-                    reach.machine.with(|machine| {
-                        machine.tap.set(TelemetryConfig::OFF);
-                        machine.executor.heard_from_host(machine.executor.ticks());
-                    });
-                }
-                let identity = reach.identity(self.info, session);
-                return (session, Response::Hello(identity));
-            }
-            Ok(request) => request,
-            Err(_) => {
-                let bytes = body.len() as u16;
-                let denial = Denial::NotUnderstood { bytes };
-                return (envelope.session, Response::Denied(denial));
-            }
-        };
-        let response = self.in_session(sequence, envelope, &request, reach);
-        let response = response.unwrap_or_else(Response::Denied);
-        (envelope.session, response)
-    }
-
-    fn in_session<const AXES: usize, M: Access<AXES>, F: Flash>(
-        self,
-        sequence: u16,
+    /// Obeys, then answers: while an order is obeyed, no response, which may be large, is on the
+    /// stack.
+    fn take<const AXES: usize, M: Access<AXES>, F: Flash>(
+        &mut self,
         envelope: Envelope,
         request: &Request<'_>,
         reach: &mut Reach<'_, M, F>,
-    ) -> Result<Response, Denial> {
+    ) {
+        if let Request::Hello(hello) = request {
+            return self.greet(envelope, hello, reach);
+        }
+        match self.judge(envelope, request, reach) {
+            Ok(None) => self.answer(envelope, request, reach),
+            Ok(Some(outcome)) => self.send(envelope, outcome.into()),
+            Err(denial) => self.send(envelope, Response::Denied(denial)),
+        }
+    }
+
+    #[inline(never)]
+    fn greet<const AXES: usize, M: Access<AXES>, F: Flash>(
+        &mut self,
+        envelope: Envelope,
+        hello: &Hello,
+        reach: &mut Reach<'_, M, F>,
+    ) {
+        let (session, is_new) = self.session.greet(hello);
+        if is_new {
+            reach.machine.with(|machine| {
+                machine.tap.set(TelemetryConfig::OFF);
+                machine.executor.heard_from_host(machine.executor.ticks());
+            });
+        }
+        let identity = reach.identity(self.info, session);
+        let envelope = Envelope {
+            session,
+            ..envelope
+        };
+        self.send(envelope, Response::Hello(identity));
+    }
+
+    /// What became of an order; `None` for any other request of the session.
+    fn judge<const AXES: usize, M: Access<AXES>, F: Flash>(
+        &mut self,
+        envelope: Envelope,
+        request: &Request<'_>,
+        reach: &mut Reach<'_, M, F>,
+    ) -> Result<Option<Outcome>, Denial> {
+        let sequence = envelope.sequence;
         if self.session.take(envelope.session, sequence)? {
             reach
                 .machine
                 .with(|machine| machine.executor.heard_from_host(machine.executor.ticks()));
         }
         if !request.is_order() {
-            return reach.ask(request, *self.counters);
+            return Ok(None);
         }
         match self.session.turn(sequence)? {
             Turn::Repeat(outcome) => {
                 count(&mut self.counters.repeated);
-                Ok(outcome.into())
+                Ok(Some(outcome))
             }
             Turn::Obey => {
                 let outcome = reach
                     .obey(request, self.info)
                     .unwrap_or_else(Outcome::Denied);
                 self.session.obeyed(sequence, outcome);
-                Ok(outcome.into())
+                Ok(Some(outcome))
             }
         }
+    }
+
+    #[inline(never)]
+    fn answer<const AXES: usize, M: Access<AXES>, F: Flash>(
+        &mut self,
+        envelope: Envelope,
+        request: &Request<'_>,
+        reach: &mut Reach<'_, M, F>,
+    ) {
+        match reach.ask(request, *self.counters) {
+            Ok(response) => self.send(envelope, response),
+            Err(denial) => self.send(envelope, Response::Denied(denial)),
+        }
+    }
+
+    #[inline(never)]
+    fn send(&mut self, envelope: Envelope, response: Response) {
+        // It fits: this cannot fail.
+        let _ = self.outbox.push(envelope, &Message::Response(response));
     }
 }

@@ -1,7 +1,6 @@
 //! Frames on their way to the host.
 
-use serde::Serialize;
-use stillpoint_shared::protocol::{Envelope, MAX_FRAME_BYTES, frame};
+use stillpoint_shared::protocol::{Envelope, MAX_FRAME_BYTES, Message};
 
 /// Room for a response while another one, or telemetry, is being sent.
 const BYTES: usize = 2 * MAX_FRAME_BYTES;
@@ -29,14 +28,14 @@ impl Outbox {
     }
 
     /// Adds a frame; false, and nothing is added, if it does not fit.
-    pub(super) fn push<T: Serialize>(&mut self, envelope: Envelope, body: &T) -> bool {
+    pub(super) fn push(&mut self, envelope: Envelope, message: &Message) -> bool {
         // Always so; the compiler cannot know.
         let end = self.end.min(BYTES);
         let start = self.start.min(end);
         self.bytes.copy_within(start..end, 0);
         (self.start, self.end) = (0, end - start);
         let free = self.bytes.get_mut(self.end..).unwrap_or_default();
-        match frame::encode(envelope, body, free) {
+        match message.encode(envelope, free) {
             Ok(frame) => {
                 self.end += frame.len();
                 true

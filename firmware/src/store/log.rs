@@ -13,7 +13,7 @@
 //! Most updates erase nothing, which would stop the board for up to 2 s.
 
 use heapless::Vec;
-use stillpoint_shared::protocol::StoreError;
+use stillpoint_shared::protocol::{MAX_STORED, StoreError};
 
 use super::flash::{BLANK, Flash, FlashError};
 use super::record::{
@@ -27,15 +27,15 @@ pub(super) struct Entry {
     offset: usize,
 }
 
-/// A log with at most ENTRIES keys.
+/// A log with at most [`MAX_STORED`] keys.
 #[derive(Debug, Clone)]
-pub(super) struct Log<const ENTRIES: usize> {
+pub(super) struct Log {
     sectors: [u8; 2],
     /// Index of the sector that counts and its generation; none if neither is in use.
     active: Option<(usize, u32)>,
     /// Where the next record goes; none if it has to move to the other sector.
     end: Option<usize>,
-    entries: Vec<Entry, ENTRIES>,
+    entries: Vec<Entry, MAX_STORED>,
 }
 
 /// Takes bytes piece by piece; false when it cannot take more.
@@ -64,7 +64,7 @@ impl From<FlashError> for Stop {
 /// An error on the way, so that `?` takes those of the flash.
 struct Stop(StoreError);
 
-impl<const ENTRIES: usize> Log<ENTRIES> {
+impl Log {
     /// Reads what is there. The work is one check sum over the sector that counts.
     pub(super) fn mount<F: Flash>(flash: &F, sectors: [u8; 2]) -> Self {
         let generations = sectors.map(|sector| record::generation(flash.sector(sector)));
@@ -119,7 +119,7 @@ impl<const ENTRIES: usize> Log<ENTRIES> {
         self.sectors.get(self.active?.0).copied()
     }
 
-    /// Lets a record count in place of an older one. A key beyond ENTRIES cannot come: none is
+    /// Lets a record count in place of an older one. One key too many cannot come: none is
     /// written.
     fn note(&mut self, entry: Entry) {
         self.entries
@@ -140,12 +140,12 @@ impl<const ENTRIES: usize> Log<ENTRIES> {
     }
 
     /// Writes a record in place of the one with its key.
-    pub(super) fn put<F: Flash>(
+    pub(super) fn put<F: Flash, S: Source + ?Sized>(
         &mut self,
         flash: &mut F,
         key: Key,
         format: u8,
-        data: &(impl Source + ?Sized),
+        data: &S,
     ) -> Result<(), StoreError> {
         let mut digest = CRC.digest();
         let mut length = 0;
@@ -162,7 +162,7 @@ impl<const ENTRIES: usize> Log<ENTRIES> {
         };
         if self.entries.is_full() && !self.entries.iter().any(|entry| entry.head.key == key) {
             return Err(StoreError::TooMany {
-                most: ENTRIES as u8,
+                most: MAX_STORED as u8,
             });
         }
         self.update(flash, head, data)
@@ -240,7 +240,7 @@ impl<const ENTRIES: usize> Log<ENTRIES> {
             (first, second)
         };
         flash.erase(to)?;
-        let mut moved = Vec::<Entry, ENTRIES>::new();
+        let mut moved = Vec::<Entry, MAX_STORED>::new();
         let mut offset = SECTOR_HEAD_BYTES;
         for entry in others() {
             for word in (0..entry.head.bytes()).step_by(4) {

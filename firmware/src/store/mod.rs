@@ -11,9 +11,9 @@ mod record;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use stillpoint_shared::config::Config;
-use stillpoint_shared::protocol::{MAX_STORED, StoreError, StoredMove};
+use stillpoint_shared::protocol::{StoreError, StoredMove};
 use stillpoint_shared::trajectory::{FORMAT_VERSION, Header};
-use stillpoint_shared::{DriveConfig, Limits, Trajectory, drive_config};
+use stillpoint_shared::{DriveConfig, Limits, Trajectory, drive_config, encode};
 
 use flash::Flash;
 use log::{Entry, Log, Sink, Source};
@@ -48,8 +48,8 @@ pub struct Layout {
 #[derive(Debug, Clone)]
 pub struct Store<F> {
     flash: F,
-    moves: Log<MAX_STORED>,
-    config: Log<4>,
+    moves: Log,
+    config: Log,
 }
 
 impl Source for Trajectory {
@@ -193,7 +193,7 @@ impl<F: Flash> Store<F> {
 
     fn put_value<T: Serialize>(&mut self, kind: u8, value: &T) -> Result<(), StoreError> {
         let mut buffer = [0; MAX_CONFIG_BYTES];
-        let bytes = postcard::to_slice(value, &mut buffer).map_err(|_| StoreError::NoRoom {
+        let bytes = encode::to_slice(value, &mut buffer).ok_or(StoreError::NoRoom {
             needed: MAX_CONFIG_BYTES as u32 + 1,
             available: MAX_CONFIG_BYTES as u32,
         })?;

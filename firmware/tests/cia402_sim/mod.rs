@@ -144,10 +144,7 @@ impl<const N: usize, const B: usize> Rig<N, B> {
     }
 
     pub(crate) fn request_fault_reset(&mut self) {
-        self.group.request_fault_reset();
-        for laws in &mut self.laws {
-            laws.requests += 1;
-        }
+        self.reset_faults();
     }
 
     /// Waits until all drives exchange process data; how many ms that took.
@@ -257,6 +254,13 @@ impl<const N: usize, const B: usize> DriveGroup<N> for Rig<N, B> {
 
     fn safe(&mut self) {
         Rig::safe(self);
+    }
+
+    fn reset_faults(&mut self) {
+        self.group.reset_faults();
+        for laws in &mut self.laws {
+            laws.requests += 1;
+        }
     }
 }
 

@@ -102,9 +102,14 @@ pub(crate) const FINE: TickInputs = TickInputs {
     missed_ticks: 0,
 };
 
-/// Executor and drives brought to a state with the test move loaded, unless it is `Idle`.
+/// Build id in the fault records.
+pub(crate) const BUILD_ID: u64 = 77;
+
+/// Executor, with a fault record, and drives brought to a state with the test move loaded, unless
+/// it is `Idle`.
 pub(crate) fn brought_to(state: State) -> (Executor<AXES>, Drives) {
     let (mut executor, mut drives) = (executor(), Drives::at(&start()));
+    executor.record_into(Box::leak(Box::default()), BUILD_ID);
     executor.tick(&mut drives, &FINE);
     if state == State::Idle {
         return (executor, drives);

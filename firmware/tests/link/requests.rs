@@ -1,19 +1,24 @@
 //! Every request, and what it leaves behind.
 
 use heapless::Vec as Few;
-use stillpoint_firmware::{Command, Config, ConfigError, FaultCause, Refusal, State, TickInputs};
+use stillpoint_firmware::bench::{Action, BenchDrives, DRIVE_FAULT};
+use stillpoint_firmware::{
+    Command, Config, ConfigError, DriveStatus, FaultCause, Refusal, State, TickInputs,
+};
 use stillpoint_shared::assembly::{AssemblyError, Outline};
 use stillpoint_shared::drive_config::{
     AxisDrive, BusConfig, DriveConfig, DriveConfigError, Mapping,
 };
-use stillpoint_shared::protocol::{Block, Denial, Request, Response, StoreError, TelemetryConfig};
+use stillpoint_shared::protocol::{
+    Block, Denial, Request, Response, Status, StoreError, TelemetryConfig,
+};
 use stillpoint_shared::status::CommsPolicy;
 use stillpoint_shared::{
     AxisLimits, LimitName, Limits, LimitsError, Trajectory, TrajectoryBuilder, TrajectoryError,
 };
 
-use crate::common::{FINE, axis_limits, block_bytes, changed, limits, trajectory};
-use crate::rig::Rig;
+use crate::common::{FINE, axis_limits, block_bytes, changed, limits, start, trajectory};
+use crate::rig::{Rig, framed};
 
 fn hash() -> u64 {
     trajectory().header().content_hash
@@ -47,7 +52,7 @@ fn set_drives(axes: &[AxisDrive]) -> Request<'static> {
 }
 
 /// Every request once, whatever it means here.
-fn all(rig: &Rig) -> Vec<Request<'static>> {
+pub(crate) fn all(rig: &Rig) -> Vec<Request<'static>> {
     vec![
         Request::Status,
         Request::KeepAlive,
@@ -102,7 +107,7 @@ fn every_request_has_one_response_in_every_state() {
     }
 }
 
-fn bring_to(rig: &mut Rig, state: State) {
+pub(crate) fn bring_to(rig: &mut Rig, state: State) {
     match state {
         State::Idle => return,
         State::Loading => {
@@ -516,6 +521,77 @@ fn drives_are_configured_and_kept() {
         Response::Denied(Denial::Executor(Refusal::WrongState { .. }))
     ));
     assert_eq!(rig.ask(&Request::GetDrives), kept);
+}
+
+#[test]
+fn other_drives_ask_for_a_start_of_the_board_once_the_answer_is_sent() {
+    let mut rig = Rig::new();
+    let set = |rig: &mut Rig, nodes: [u8; 2]| {
+        let response = rig.ask(&set_drives(&nodes.map(drive)));
+        (response, rig.link.wants_start())
+    };
+    let (refused, wants) = set(&mut rig, [1, 1]);
+    assert!(matches!(refused, Response::Denied(_)) && !wants);
+    assert_eq!(set(&mut rig, [1, 2]), (Response::Done, true));
+    let mut rig = rig.restarted();
+    assert!(!rig.link.wants_start());
+    assert_eq!(set(&mut rig, [1, 2]), (Response::Done, false), "the same");
+
+    rig.sequence += 1;
+    let other = set_drives(&[drive(1), drive(3)]);
+    rig.receive(&framed(rig.envelope(), &other));
+    while rig.poll() {}
+    assert!(!rig.link.wants_start(), "the answer is still to be sent");
+    assert_eq!(rig.messages().len(), 1);
+    assert!(rig.link.wants_start());
+    assert_eq!(set(&mut rig, [1, 3]), (Response::Done, true), "still");
+}
+
+#[test]
+fn a_drive_in_its_fault_is_seen_while_the_board_is_ready_and_clear_resets_it() {
+    let mut rig = Rig::new();
+    rig.upload(&trajectory());
+    let mut drives = BenchDrives::at(&start());
+    drives.act(Action::Fault { axis: 1 });
+    let mut status = |rig: &mut Rig| {
+        rig.machine.tick(&mut drives, &FINE);
+        match rig.ask(&Request::Status) {
+            Response::Status(status) => status,
+            other => panic!("{other:?}"),
+        }
+    };
+    let seen = status(&mut rig);
+    let drive = |status: &Status| [status.axes[0].drive, status.axes[1].drive];
+    let fault = DriveStatus::Fault { code: DRIVE_FAULT };
+    let off = Some(DriveStatus::Disabled);
+    assert_eq!((seen.state, seen.fault), (State::Ready, None));
+    assert_eq!(drive(&seen), [off, Some(fault)]);
+    let code = DRIVE_FAULT;
+    let refused = Refusal::Feedback(FaultCause::DriveFault { axis: 1, code });
+    assert_eq!(rig.ask(&Request::Arm), denied(refused));
+    assert_eq!(drive(&status(&mut rig)), [off, Some(fault)]);
+    rig.done(&Request::Clear);
+    assert_eq!(drive(&status(&mut rig)), [off; 2]);
+    rig.done(&Request::Arm);
+}
+
+#[test]
+fn an_axis_is_shown_where_it_stands_only_if_its_drive_is_heard() {
+    let mut rig = Rig::new();
+    let mut drives = BenchDrives::at(&start());
+    drives.act(Action::Silence { axis: 0 });
+    let mut positions = |rig: &mut Rig| {
+        rig.machine.tick(&mut drives, &FINE);
+        match rig.ask(&Request::Status) {
+            Response::Status(status) => [0, 1].map(|axis| status.axes[axis].measured_rad),
+            other => panic!("{other:?}"),
+        }
+    };
+    let [first, second] = [0, 1].map(|axis| Some(start()[axis]));
+    // Two messages may be lost.
+    for heard in [first, first, None] {
+        assert_eq!(positions(&mut rig), [heard, second]);
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! No sampling: polynomials are bounded in Bernstein form on pieces that are halved until the bound is close to a value that
 //! is reached; elastic displacements, functions of polynomials, by enclosures of value and derivatives. Every rounding error of
 //! the computation is part of the bound, and so is, as a figure of its own, what the executor's f32 makes of the polynomials.
-//! docs/certificate.md says what is proved and what is not. The idea of certifying between the points is that of
+//! docs/certificate.md says what is proved and what is not; on proofs between the points see also
 //! arXiv 2403.07707.
 
 mod axes;

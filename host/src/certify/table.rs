@@ -100,8 +100,11 @@ impl Certificate {
     }
 }
 
-/// Six significant digits.
+/// Six significant digits. The least numbers there are come from rounding zero up.
 fn digits(value: f64) -> String {
+    if value.abs() < f64::MIN_POSITIVE {
+        return "0".to_owned();
+    }
     let before = value.abs().log10().floor();
     if (-1.0..6.0).contains(&before) {
         format!("{value:.*}", (5.0 - before) as usize)

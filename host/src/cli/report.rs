@@ -1,6 +1,7 @@
 //! `stillpoint report F.spt --move MOVE.toml`
 
-use super::{Failure, output, read_trajectory, terminal, write_file};
+use super::{Failure, output, read_spt, terminal, write_file};
+use crate::certify::{VerifyError, verify};
 use crate::movefile::MoveFile;
 use crate::study::{Document, equal_quintic, play};
 use clap::Args;
@@ -26,12 +27,21 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = MoveFile::read(&arguments.file)?;
-    let trajectory = read_trajectory(&arguments.trajectory)?;
+    let spt = read_spt(&arguments.trajectory)?;
+    let mut remarks = Vec::new();
+    let certificate = match verify(&spt, &file.limits, file.machine.plant()) {
+        Ok(certificate) => Some(certificate),
+        Err(VerifyError::NotCertified(_, certificate)) => Some(*certificate),
+        Err(error) => {
+            remarks.push(format!("Not verified: {error}."));
+            None
+        }
+    };
+    let trajectory = spt.trajectory;
     terminal::step("playing the trajectory and the quintic of equal duration");
     let own = play("stillpoint", &file, &trajectory)?;
     let duration_s = time::seconds(trajectory.duration_ticks());
     let mut drawn = vec![own];
-    let mut remarks = Vec::new();
     match equal_quintic("quintic, equal duration", &file, duration_s) {
         Ok(quintic) => drawn.push(quintic),
         Err(error) => {
@@ -43,6 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         file: &file,
         trajectory: &trajectory,
         plan: None,
+        certificate: certificate.as_ref(),
         rows: drawn.iter().map(|run| run.row(&file)).collect(),
         drawn: &drawn,
         remarks,

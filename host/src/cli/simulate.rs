@@ -38,6 +38,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         file: &file,
         trajectory: &trajectory,
         plan: None,
+        certificate: None,
         rows: vec![run.row(&file)],
         drawn: &[],
         remarks: Vec::new(),

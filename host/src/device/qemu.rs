@@ -348,7 +348,7 @@ fn watch(mut bench: impl Read, keep: bool, sender: &Sender<Record>) {
 
 /// The image named in the environment, else Cargo's: beside this program, which lies in or below a
 /// folder of the same target folder, or below the current folder.
-fn image() -> PathBuf {
+pub fn image() -> PathBuf {
     if let Some(path) = env::var_os(IMAGE_VARIABLE) {
         return path.into();
     }

@@ -42,8 +42,8 @@ const ITERATIONS_PER_GUESS: usize = 150;
 /// Guessed duration, s, when the straight line between the poses gives no estimate.
 const GUESS_WITHOUT_ESTIMATE_S: f64 = 0.25;
 
-/// Shares of the limits by which they are drawn in so that they hold everywhere: the next one if what is shipped cannot be
-/// certified with one.
+/// Shares of the limits by which they are drawn in so that they hold everywhere: the next one if with one what is shipped
+/// cannot be certified, or the executor's limiter might act on it.
 const MARGINS: [f64; 3] = [2e-4, 1e-3, 5e-3];
 
 /// Share of its range by which a coordinate may miss its end before the user is warned, and before the plan is refused.
@@ -273,7 +273,8 @@ impl Shipped {
     }
 
     fn is_as_wanted(&self, file: &MoveFile) -> bool {
-        file.solver.limits == LimitsAt::Nodes || self.certificate.is_certified()
+        file.solver.limits == LimitsAt::Nodes
+            || self.certificate.is_certified() && self.certificate.limiter_never_acts()
     }
 }
 
@@ -287,7 +288,8 @@ fn checked(
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
     if let Some(tightest) = shipped.certificate.tightest()
-        && !shipped.is_as_wanted(file)
+        && !shipped.certificate.is_certified()
+        && file.solver.limits == LimitsAt::Everywhere
     {
         return Err(PlanError::NotCertified {
             tightest: tightest.to_string(),

@@ -15,12 +15,27 @@ pub struct Report {
     pub rows: Vec<SummaryRow>,
     /// What the machine allows, shown below the comparison; values beyond it are marked.
     pub limit_row: Option<SummaryRow>,
+    /// What was proved of the trajectory, if anything was.
+    pub proofs: Option<Proofs>,
     /// Figures, in order.
     pub figures: Vec<Figure>,
     /// How the plan came about and what to know about it.
     pub notes: Vec<Note>,
     /// What was planned with.
     pub parameters: Vec<Parameter>,
+}
+
+/// A certificate as a table.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Proofs {
+    /// What it comes to.
+    pub verdict: String,
+    /// Whether every limit is proved.
+    pub certified: bool,
+    /// Headings of the columns; the first two are of words, the others of numbers.
+    pub headings: Vec<String>,
+    /// A row of cells for each limit, and whether it holds.
+    pub rows: Vec<(Vec<String>, bool)>,
 }
 
 /// A remark.

@@ -1,6 +1,6 @@
 //! The report as one HTML file: no scripts, nothing loaded from elsewhere.
 
-use super::data::{Figure, Origin, Parameter, Report};
+use super::data::{Figure, Origin, Parameter, Proofs, Report};
 use super::escape::Text;
 use super::summary::{BEYOND, columns};
 use super::svg::STYLE;
@@ -54,6 +54,9 @@ impl Report {
         }
         out.push_str("</header>\n<main>\n");
         self.comparison(&mut out);
+        if let Some(proofs) = &self.proofs {
+            proofs.html(&mut out);
+        }
         self.figures(&mut out);
         self.notes(&mut out);
         self.parameters(&mut out);
@@ -181,6 +184,45 @@ impl Report {
                 group = Some(&parameter.group);
             }
             row(parameter, out);
+        }
+        out.push_str("</tbody>\n</table>\n</div>\n</section>\n");
+    }
+}
+
+impl Proofs {
+    fn html(&self, out: &mut String) {
+        let warning = if self.certified {
+            ""
+        } else {
+            "<span class=\"warning\">Attention:</span> "
+        };
+        let _ = write!(
+            out,
+            "<section id=\"certificate\">\n<h2>Certificate</h2>\n<p>{warning}{}</p>\n\
+             <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Certificate\">\n<table>\n<thead><tr>",
+            Text(&self.verdict)
+        );
+        let class = |column: usize| if column < 2 { "" } else { " class=\"number\"" };
+        for (column, heading) in self.headings.iter().enumerate() {
+            let _ = write!(
+                out,
+                "<th{} scope=\"col\">{}</th>",
+                class(column),
+                Text(heading)
+            );
+        }
+        out.push_str("</tr></thead>\n<tbody>\n");
+        for (cells, holds) in &self.rows {
+            out.push_str("<tr>");
+            for (column, cell) in cells.iter().enumerate() {
+                let mark = if column == 2 && !holds {
+                    "<span class=\"excess\">!</span>"
+                } else {
+                    ""
+                };
+                let _ = write!(out, "<td{}>{}{mark}</td>", class(column), Text(cell));
+            }
+            out.push_str("</tr>\n");
         }
         out.push_str("</tbody>\n</table>\n</div>\n</section>\n");
     }

@@ -18,7 +18,7 @@ mod svg;
 mod text_table;
 mod ticks;
 
-pub use data::{Figure, LimitLine, Moment, Note, Origin, Parameter, Report, Series};
+pub use data::{Figure, LimitLine, Moment, Note, Origin, Parameter, Proofs, Report, Series};
 pub use figures::{Record, figures_of, number_like_the_paper};
 pub use parameters::parameters_of;
 pub use summary::{MARKED_BEYOND, SummaryRow, summary_json};

@@ -141,6 +141,21 @@ fn sample(file: &MoveFile) -> Report {
         title: format!("The move \"{}\"", file.name),
         subtitle: "30 mm in x, from rest to rest, in the shortest time the limits allow.".into(),
         machine: file.machine.name().into(),
+        proofs: Some(Proofs {
+            verdict: "Not certified: torque < 150 & more.".into(),
+            certified: false,
+            headings: ["limit of", "unit", "proved"].map(str::to_owned).to_vec(),
+            rows: vec![
+                (
+                    vec!["torque of axis 1".into(), "N·m".into(), "150.5".into()],
+                    false,
+                ),
+                (
+                    vec!["speed of axis 1".into(), "rad/s".into(), "9.61".into()],
+                    true,
+                ),
+            ],
+        }),
         rows: vec![
             row(
                 "stillpoint",
@@ -495,6 +510,18 @@ proptest! {
         let report = Report { rows, ..Report::default() };
         parse(&report.html());
     }
+}
+
+#[test]
+fn a_certificate_shows_its_verdict_and_marks_what_does_not_hold() {
+    let file = MoveFile::parse(crate::movefile::PAPER_MOVE, "paper.toml").expect("a move");
+    let html = sample(&file).html();
+    let text = words(&html);
+    assert!(text.contains("Attention: "), "{text}");
+    assert!(text.contains("Not certified: torque < 150 & more."));
+    let row = "<td>torque of axis 1</td><td>N·m</td><td class=\"number\">150.5<span class=\"excess\">!</span></td>";
+    assert!(html.contains(row));
+    assert!(html.contains("<td class=\"number\">9.61</td>"));
 }
 
 /// Writes the sample to `target/report-sample`, to be looked at:

@@ -8,7 +8,9 @@ use super::trajectory::board_limits;
 use crate::machine::Plant;
 use crate::movefile::Limits;
 use nalgebra::SVector;
-use stillpoint_firmware::{Config, ConfigError, Executor, Fault, Refusal, State, TickInputs};
+use stillpoint_firmware::{
+    Config, ConfigError, DriveGroup, Executor, Fault, Refusal, Setpoint, State, TickInputs,
+};
 use stillpoint_shared::{LimitsError, MAX_AXES, Trajectory, time};
 
 /// What plays a trajectory on what.
@@ -120,6 +122,37 @@ impl<'a> ClosedLoop<'a> {
         }
     }
 
+    /// Feeds set-points that a board has sent into the simulated drives, tick by tick: those of the move, and the last of
+    /// them until the watch ends. `trajectory` says when the move ends. One frame per tick, as [`ClosedLoop::play`].
+    ///
+    /// # Errors
+    /// [`ClosedLoopError`], as far as it concerns the drives and the machine.
+    pub fn feed<const N: usize>(
+        &self,
+        trajectory: &Trajectory,
+        sent: &[[Setpoint; N]],
+    ) -> Result<Recording, ClosedLoopError> {
+        self.drives.validate()?;
+        let rest = self.plant.rest(self.from);
+        let mut drives = SimulatedDrives::<N>::new(self.plant, self.limits, self.drives, &rest)?;
+        let tick_s = time::seconds(self.executor.period_ticks);
+        let mut setpoints = sent.first().copied().unwrap_or([Setpoint::default(); N]);
+        // As with the executor, the first set-point switches the drives on one tick before the move.
+        let Ok(_) = drives.exchange(&setpoints);
+        drives
+            .advance(tick_s)
+            .ok_or(ClosedLoopError::Undefined { time_s: 0.0 })?;
+        let mut sent = sent.iter();
+        self.record(&mut drives, trajectory, |drives, _| {
+            setpoints = sent.next().copied().unwrap_or(setpoints);
+            let Ok(_) = drives.exchange(&setpoints);
+            Ok(Command {
+                setpoints: setpoints.to_vec(),
+                limited: Vec::new(),
+            })
+        })
+    }
+
     fn play_on<const N: usize>(
         &self,
         trajectory: &Trajectory,
@@ -137,6 +170,26 @@ impl<'a> ClosedLoop<'a> {
             .map_err(ClosedLoopError::Refused)?;
         self.start(&mut executor, &mut drives, tick_s)?;
 
+        self.record(&mut drives, trajectory, |drives, time_s| {
+            let report = executor.tick(drives, &TickInputs::default());
+            match report.fault {
+                Some(fault) => Err(ClosedLoopError::Fault { time_s, fault }),
+                None => Ok(Command {
+                    setpoints: report.setpoints.to_vec(),
+                    limited: report.limited.to_vec(),
+                }),
+            }
+        })
+    }
+
+    /// Records from the first tick of the move on until the watch ends; `tick` tells the drives what to do.
+    fn record<const N: usize>(
+        &self,
+        drives: &mut SimulatedDrives<'_, N>,
+        trajectory: &Trajectory,
+        mut tick: impl FnMut(&mut SimulatedDrives<'_, N>, f64) -> Result<Command, ClosedLoopError>,
+    ) -> Result<Recording, ClosedLoopError> {
+        let tick_s = time::seconds(self.executor.period_ticks);
         let duration_s = time::seconds(trajectory.duration_ticks());
         // The last set-point goes out with the first tick at or after the end, and is reached one tick later.
         let rest_from_s = ((duration_s / tick_s).ceil() + 1.0) * tick_s + self.drives.delay_s;
@@ -146,18 +199,12 @@ impl<'a> ClosedLoop<'a> {
             rest_from_s,
             ..Recording::default()
         };
-        for tick in 0..=ticks {
-            let time_s = tick as f64 * tick_s;
-            let report = executor.tick(&mut drives, &TickInputs::default());
-            if let Some(fault) = report.fault {
-                return Err(ClosedLoopError::Fault { time_s, fault });
-            }
+        for index in 0..=ticks {
+            let time_s = index as f64 * tick_s;
+            let command = tick(drives, time_s)?;
             let frame = drives.frame(time_s, recording.frames.last());
             recording.frames.push(frame);
-            recording.commands.push(Command {
-                setpoints: report.setpoints.to_vec(),
-                limited: report.limited.to_vec(),
-            });
+            recording.commands.push(command);
             drives
                 .advance(tick_s)
                 .ok_or(ClosedLoopError::Undefined { time_s })?;

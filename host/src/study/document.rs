@@ -1,10 +1,12 @@
 //! A study as people read it: table, figures and notes.
 
 use super::run::{Run, limit_row};
+use crate::certify::{Certificate, HEADINGS};
 use crate::movefile::{LimitsAt, MoveFile, PAPER_MOVE};
 use crate::plan::Plan;
 use crate::report::{
-    Figure, Note, Report, SummaryRow, figures_of, number_like_the_paper, parameters_of, text_table,
+    Figure, Note, Proofs, Report, SummaryRow, figures_of, number_like_the_paper, parameters_of,
+    text_table,
 };
 use stillpoint_shared::{Trajectory, time};
 
@@ -30,12 +32,26 @@ pub struct Document<'a> {
     pub trajectory: &'a Trajectory,
     /// The plan, when it was made just now.
     pub plan: Option<&'a Plan>,
+    /// What is proved of the trajectory, if anything.
+    pub certificate: Option<&'a Certificate>,
     /// Runs that are drawn.
     pub drawn: &'a [Run],
     /// All rows of the table.
     pub rows: Vec<SummaryRow>,
     /// What a reader has to know besides.
     pub remarks: Vec<String>,
+}
+
+fn proofs(certificate: &Certificate) -> Proofs {
+    let rows = certificate.cells().into_iter().zip(&certificate.proofs);
+    Proofs {
+        verdict: certificate.verdict(),
+        certified: certificate.is_certified(),
+        headings: HEADINGS.map(str::to_owned).to_vec(),
+        rows: rows
+            .map(|(cells, proof)| (cells.to_vec(), proof.holds()))
+            .collect(),
+    }
 }
 
 impl Document<'_> {
@@ -76,6 +92,7 @@ impl Document<'_> {
             machine: self.file.machine.name().to_owned(),
             rows: self.rows.clone(),
             limit_row: Some(limit_row(self.file)),
+            proofs: self.certificate.map(proofs),
             figures: self.figures(),
             notes: self.notes(),
             parameters: parameters_of(self.file),

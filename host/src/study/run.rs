@@ -42,7 +42,7 @@ pub enum StudyError {
 }
 
 impl Run {
-    fn new(name: &str, plant: &dyn Plant, recording: Recording) -> Self {
+    pub(super) fn new(name: &str, plant: &dyn Plant, recording: Recording) -> Self {
         Self {
             name: name.to_owned(),
             metrics: Metrics::of(plant, &recording),

@@ -130,9 +130,11 @@ impl Cycle {
             .saturating_sub(1)
     }
 
-    /// What the executor's monitor has to allow on these buses: `drives` is what the drives
-    /// themselves need, and as many as `lost` messages in a row may be lost.
-    pub fn monitor(&self, drives: &MonitorConfig, tick_ticks: u32, lost: u16) -> MonitorConfig {
+    /// What the executor's monitor has to allow on these buses, when `drives` is what it would allow
+    /// drives that answer in every tick: their lag comes on top of the bus's, and as many answers
+    /// may be lost in a row, which is what an age means where an answer comes in every tick.
+    pub fn monitor(&self, drives: &MonitorConfig, tick_ticks: u32) -> MonitorConfig {
+        let lost = drives.feedback_age_ticks;
         let lost_ticks = self.ticks.saturating_mul(lost);
         let lag_ticks = self.following_lag_ticks().saturating_add(lost_ticks);
         let lag_s = time::seconds(tick_ticks) as f32 * f32::from(lag_ticks);

@@ -5,7 +5,7 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::{MAX_BUSES, MOST_BUS_LOAD_PERMILLE};
-use crate::MAX_AXES;
+use crate::{MAX_AXES, ordinal};
 
 /// Why a drive configuration is refused. Its `Display` says what to do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -22,7 +22,7 @@ pub enum DriveConfigError {
         /// Time between two SYNC messages in µs.
         period_us: u16,
     },
-    /// The bit rate is none that CAN has.
+    /// The bit rate is none of [`BIT_RATES_KBIT_PER_S`](super::BIT_RATES_KBIT_PER_S).
     BitRate {
         /// Bit rate in kbit/s.
         bit_rate_kbit_per_s: u16,
@@ -127,7 +127,7 @@ impl fmt::Display for DriveConfigError {
                 bit_rate_kbit_per_s,
             } => write!(
                 f,
-                "bit_rate_kbit_per_s is {bit_rate_kbit_per_s}: give 10 to 1000, as the drives are set"
+                "bit_rate_kbit_per_s is {bit_rate_kbit_per_s}: give 1000, 500, 250 or 125, as the drives are set"
             ),
             Self::Heartbeat {
                 heartbeat_ms,
@@ -143,13 +143,17 @@ impl fmt::Display for DriveConfigError {
             ),
             Self::NodeIsBoards { axis, node } => write!(
                 f,
-                "the drive of axis {axis} has node id {node}, which is the board's controller_node: change one of them"
+                "the drive of axis {axis} has node id {node}, which is the board's controller_node: change one of them",
+                axis = ordinal(axis)
             ),
             Self::NodeTwice { axis, bus, node } => write!(
                 f,
-                "node id {node} is on bus {bus} more than once (first as axis {axis}): give every drive its own"
+                "node id {node} is on bus {bus} more than once (first as axis {axis}): give every drive its own",
+                axis = ordinal(axis)
             ),
-            Self::Axis { axis, problem } => write!(f, "axis {axis}: {problem}"),
+            Self::Axis { axis, problem } => {
+                write!(f, "axis {axis}: {problem}", axis = ordinal(axis))
+            }
             Self::Overloaded {
                 bus,
                 load_permille,

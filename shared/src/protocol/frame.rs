@@ -16,10 +16,9 @@
 use core::fmt;
 
 use cobs::{DecodeResult, DecoderState, EncoderState, PushResult};
-use crc::Digest;
-use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
+use crate::encode;
 use crate::hash::CRC_32;
 
 /// Most bytes of a payload.
@@ -97,38 +96,6 @@ impl fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// Stuffs while it serialises, and adds the check sum at the end.
-struct FrameFlavor<'b> {
-    stuffed: Stuffed<'b>,
-    digest: Digest<'static, u32>,
-    payload_bytes: usize,
-}
-
-impl<'b> Flavor for FrameFlavor<'b> {
-    type Output = &'b mut [u8];
-
-    // Once in the image, and not at each of some hundred calls.
-    #[inline(never)]
-    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        self.payload_bytes += 1;
-        if self.payload_bytes > MAX_PAYLOAD_BYTES {
-            return Err(postcard::Error::SerializeBufferFull);
-        }
-        self.digest.update(&[byte]);
-        let pushed = self.stuffed.push(byte);
-        pushed.ok_or(postcard::Error::SerializeBufferFull)
-    }
-
-    fn finalize(mut self) -> postcard::Result<&'b mut [u8]> {
-        for byte in self.digest.finalize().to_le_bytes() {
-            let pushed = self.stuffed.push(byte);
-            pushed.ok_or(postcard::Error::SerializeBufferFull)?;
-        }
-        let frame = self.stuffed.finish();
-        frame.ok_or(postcard::Error::SerializeBufferFull)
-    }
-}
-
 /// COBS into a buffer; `None` where it is full. Postcard's own has assertions that the compiler
 /// cannot see through, and a board's image has no panic in it.
 struct Stuffed<'b> {
@@ -163,6 +130,13 @@ impl<'b> Stuffed<'b> {
         }
     }
 
+    fn extend(&mut self, bytes: &[u8]) -> Option<()> {
+        for &byte in bytes {
+            self.push(byte)?;
+        }
+        Some(())
+    }
+
     fn append(&mut self, byte: u8) -> Option<()> {
         *self.buffer.get_mut(self.end)? = byte;
         self.end += 1;
@@ -186,12 +160,22 @@ pub fn encode<'b, T: Serialize>(
     let too_long = FrameError::TooLong {
         most: buffer.len().min(MAX_FRAME_BYTES),
     };
-    let flavor = FrameFlavor {
-        stuffed: Stuffed::new(buffer).ok_or(too_long)?,
-        digest: CRC_32.digest(),
-        payload_bytes: 0,
-    };
-    postcard::serialize_with_flavor(&(envelope, body), flavor).map_err(|_| too_long)
+    let mut stuffed = Stuffed::new(buffer).ok_or(too_long)?;
+    let mut digest = CRC_32.digest();
+    let mut room = MAX_PAYLOAD_BYTES;
+    let fits = encode::encode(&(envelope, body), &mut |piece| {
+        digest.update(piece);
+        let rest = room.checked_sub(piece.len());
+        rest.is_some_and(|rest| {
+            room = rest;
+            stuffed.extend(piece).is_some()
+        })
+    });
+    let check_sum = digest.finalize().to_le_bytes();
+    if !fits || stuffed.extend(&check_sum).is_none() {
+        return Err(too_long);
+    }
+    stuffed.finish().ok_or(too_long)
 }
 
 /// Reads the envelope of a payload and returns the bytes of the body. Cannot fail on a payload that

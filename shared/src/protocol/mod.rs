@@ -26,7 +26,7 @@
 //! | `Resume` | `Done` | goes on |
 //! | `Override` | `Done` | 0 to 100 % of the planned speed |
 //! | `QuickStop` | `Done` | slows down on the path, then torque off, `Fault` |
-//! | `Clear` | `Done` | leaves `Fault` |
+//! | `Clear` | `Done` | leaves `Fault`; the drives' own faults are reset, in any state with the drives off |
 //! | `Store` | `Done` | the loaded trajectory is kept over a loss of power, in place of one with the same id |
 //! | `List` | `Stored` | what is stored |
 //! | `Load` | `Done` | loads a stored trajectory |
@@ -37,12 +37,15 @@
 //! | `GetConfig` | `Config` | how the executor plays: tolerances, monitors, ramps |
 //! | `SetConfig` | `Done` | plays otherwise, kept over a loss of power; what was loaded is forgotten |
 //! | `GetDrives` | `Drives` | configuration of the drives |
-//! | `SetDrives` | `Done` | another one, kept over a loss of power, in force from the next start of the board on |
+//! | `SetDrives` | `Done` | another one, kept over a loss of power, in force from the next start of the board on, which a board that has such drives makes once the response is sent |
 //! | `GetFault` | `Fault` | first cause and head of the fault record, kept over a reset |
 //! | `GetFaultSamples` | `FaultSamples` | up to 5 samples of the last second before the fault |
 //! | any | `Denied` | refused, with numbers; nothing has changed |
 //!
 //! `Telemetry` is sent unasked, with sequence numbers of its own.
+//!
+//! Axes, intervals, blocks and buses count from 0 in every message. Texts for people count axes and
+//! intervals from 1, as plans and plots do: [`ordinal`](crate::ordinal).
 //!
 //! # Once, and in order
 //! A host that hears no response sends the request again, with the same sequence number. Requests

@@ -3,6 +3,7 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use super::frame::{self, FrameError};
 use super::{Hello, TelemetryConfig};
 use crate::assembly::Outline;
 use crate::config::Config;
@@ -96,6 +97,15 @@ pub enum Request<'a> {
         /// The first one wanted, from 0, the oldest.
         first: u16,
     },
+}
+
+impl<'a> Request<'a> {
+    /// Reads a body, as of [`frame::read`]; compiled here once. What reading takes of the stack is
+    /// given back before the request is looked at.
+    #[inline(never)]
+    pub fn decode(body: &'a [u8]) -> Result<Self, FrameError> {
+        frame::read(body)
+    }
 }
 
 impl Request<'_> {

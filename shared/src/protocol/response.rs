@@ -4,11 +4,12 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::fault::MAX_FAULT_SAMPLES;
+use super::frame::{self, Envelope, FrameError};
 use super::hello::MAX_STORED;
 use super::{Denial, FaultHead, FaultSample, Identity, Telemetry};
 use crate::assembly::Arrived;
 use crate::config::Config;
-use crate::status::{Fault, HoldReason, LimitFlags, State};
+use crate::status::{DriveStatus, Fault, HoldReason, LimitFlags, State};
 use crate::{DriveConfig, Limits, MAX_AXES};
 
 /// Anything the board sends.
@@ -23,6 +24,17 @@ pub enum Message {
     Response(Response),
     /// A sample of the drive loop, unasked.
     Telemetry(Telemetry),
+}
+
+impl Message {
+    /// Its frame, as of [`frame::encode`]; compiled here once, as this library is.
+    pub fn encode<'b>(
+        &self,
+        envelope: Envelope,
+        buffer: &'b mut [u8],
+    ) -> Result<&'b mut [u8], FrameError> {
+        frame::encode(envelope, self, buffer)
+    }
 }
 
 /// The answer to a request; the table in the [module header](super) says which belongs to which.
@@ -91,7 +103,10 @@ pub struct Status {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AxisStatus {
-    /// Measured position in rad, if its drive is heard.
+    /// What its drive said last about itself, or the board about a drive it cannot use; none if the
+    /// bus fails or there are no drives.
+    pub drive: Option<DriveStatus>,
+    /// Measured position in rad, if its drive is heard of lately.
     pub measured_rad: Option<f32>,
     /// Largest following error since the move was started, in rad.
     pub following_peak_rad: f32,

@@ -33,7 +33,7 @@ pub enum Command {
     Override,
     /// Slow down along the path, then take the torque away.
     QuickStop,
-    /// Leave `Fault`.
+    /// Leave `Fault`, and reset the drives' own faults, which they may have in any state.
     Clear,
     /// Keep the loaded trajectory over a loss of power.
     Store,
@@ -79,7 +79,8 @@ impl Command {
             Self::Resume => &[Holding, Held],
             // Afterwards it is as asked, whatever was before: a repetition does no harm.
             Self::AbortLoad | Self::Override | Self::QuickStop => &State::ALL,
-            Self::Clear => &[Fault],
+            // With the drives off: one that came up in its fault has to be reset before it is armed.
+            Self::Clear => &[Idle, Loading, Ready, Fault],
             // Writing flash stops the board's code, and other limits undo what was accepted.
             Self::Erase | Self::Configure => &[Idle, Ready],
         }

@@ -4,6 +4,8 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::ordinal;
+
 /// The first cause since the last `clear`, and when.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -104,19 +106,22 @@ impl fmt::Display for FaultCause {
             Self::DriveFault { axis, code } => {
                 write!(
                     f,
-                    "the drive of axis {axis} reports fault {code:#06x}: see its manual, then clear"
+                    "the drive of axis {axis} reports fault {code:#06x}: see its manual, then clear",
+                    axis = ordinal(axis)
                 )
             }
             Self::DriveDisabled { axis } => {
                 write!(
                     f,
-                    "the drive of axis {axis} stopped following: check its supply and enable input, then clear"
+                    "the drive of axis {axis} stopped following: check its supply and enable input, then clear",
+                    axis = ordinal(axis)
                 )
             }
             Self::FeedbackNotFinite { axis } => {
                 write!(
                     f,
-                    "the position or velocity of axis {axis} is no number: check its encoder, then clear"
+                    "the position or velocity of axis {axis} is no number: check its encoder, then clear",
+                    axis = ordinal(axis)
                 )
             }
             Self::FeedbackStale {
@@ -125,7 +130,8 @@ impl fmt::Display for FaultCause {
                 limit_ticks,
             } => write!(
                 f,
-                "the feedback of axis {axis} is {age_ticks} ticks old, {limit_ticks} are allowed: check the bus, then clear"
+                "the feedback of axis {axis} is {age_ticks} ticks old, {limit_ticks} are allowed: check the bus, then clear",
+                axis = ordinal(axis)
             ),
             Self::FollowingError {
                 axis,
@@ -134,7 +140,8 @@ impl fmt::Display for FaultCause {
             } => write!(
                 f,
                 "axis {axis} is {error_rad} rad from its set-point, {limit_rad} rad are allowed: \
-                 check for obstacles, load and drive gains, then clear"
+                 check for obstacles, load and drive gains, then clear",
+                axis = ordinal(axis)
             ),
             Self::NothingLoaded => {
                 write!(f, "there is nothing to play: load a trajectory, then clear")

@@ -6,6 +6,7 @@
 
 mod command;
 mod config_error;
+mod drive;
 mod fault;
 mod flags;
 mod refusal;
@@ -15,6 +16,7 @@ mod state;
 
 pub use command::Command;
 pub use config_error::{ConfigError, ConfigField};
+pub use drive::DriveStatus;
 pub use fault::{Fault, FaultCause};
 pub use flags::LimitFlags;
 pub use refusal::Refusal;

@@ -5,8 +5,8 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::{Command, ConfigError, FaultCause, Rejection, State};
-use crate::TrajectoryError;
 use crate::assembly::AssemblyError;
+use crate::{TrajectoryError, ordinal};
 
 /// Why a command was refused; nothing has changed then.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -117,11 +117,15 @@ impl fmt::Display for Refusal {
                 )
             }
             Self::Rejected(rejection) => rejection.fmt(f),
-            Self::NoFeedback => write!(f, "the drives send no feedback: check the bus"),
+            Self::NoFeedback => write!(
+                f,
+                "the drives send no feedback: check the bus and the configuration of the drives"
+            ),
             Self::Feedback(cause) => cause.fmt(f),
             Self::NotEnabled { axis } => write!(
                 f,
-                "the drive of axis {axis} is not enabled yet: wait, then try again"
+                "the drive of axis {axis} is not enabled yet: wait, then try again",
+                axis = ordinal(axis)
             ),
             Self::NotAtStart {
                 axis,
@@ -131,12 +135,14 @@ impl fmt::Display for Refusal {
             } => write!(
                 f,
                 "axis {axis} stands at {measured_rad} rad, the move starts at {first_rad} rad, {tolerance_rad} rad are allowed: \
-                 bring it there first"
+                 bring it there first",
+                axis = ordinal(axis)
             ),
             Self::Approaching { axis, distance_rad } => {
                 write!(
                     f,
-                    "axis {axis} is still {distance_rad} rad from the first node: wait, then try again"
+                    "axis {axis} is still {distance_rad} rad from the first node: wait, then try again",
+                    axis = ordinal(axis)
                 )
             }
             Self::NotConfigured => write!(

@@ -4,9 +4,9 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::time;
+use crate::{ordinal, time};
 
-/// A place in a trajectory.
+/// A place in a trajectory. Its `Display` counts axes and intervals from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Place {
@@ -107,7 +107,7 @@ pub enum Rejection {
         /// Largest magnitude allowed.
         tolerance: f32,
     },
-    /// A limit is exceeded at a node.
+    /// A limit is exceeded, at a node or between two of them.
     Exceeds {
         /// Where.
         at: Place,
@@ -129,7 +129,9 @@ impl fmt::Display for Place {
         } = *self;
         write!(
             f,
-            "axis {axis}, interval {interval}, t = {:.7} s (tick {ticks})",
+            "axis {}, interval {}, t = {:.7} s (tick {ticks})",
+            ordinal(axis),
+            ordinal(interval),
             time::seconds(ticks)
         )
     }

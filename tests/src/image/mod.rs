@@ -39,10 +39,21 @@ struct Section {
     bytes: u32,
 }
 
+/// The idle loop; the drive loop at priority 2, which interrupts it; the receivers at priority 3, which interrupt both
+/// and not each other, the deeper one standing for both.
+const LEVELS: [&str; 3] = ["main", "SysTick", "USART3"];
+
+/// An exception's frame with the registers of the floating-point unit, and 4 bytes to align it: ARMv7-M Architecture
+/// Reference Manual, DDI 0403E, B1.5.7.
+const EXCEPTION_BYTES: u32 = 26 * 4 + 4;
+
 /// Where RAM begins; see memory.x.
 const RAM: std::ops::Range<u32> = 0x2000_0000..0x2002_0000;
 
 impl Image {
+    /// Bytes of RAM that the boards have.
+    pub const RAM_BYTES: u32 = RAM.end - RAM.start;
+
     /// Where `cargo image-<board>` puts its image.
     pub fn path(board: &str) -> PathBuf {
         let target = env::var_os("CARGO_TARGET_DIR").map_or_else(
@@ -59,7 +70,10 @@ impl Image {
     pub fn of(board: &str) -> Self {
         let path = Self::path(board);
         let bytes = fs::read(&path).unwrap_or_else(|error| {
-            panic!("{}: {error}; build it with: cargo image-{board}", path.display())
+            panic!(
+                "{}: {error}; build it with: cargo image-{board}",
+                path.display()
+            )
         });
         Self::parse(&bytes)
     }
@@ -112,11 +126,26 @@ impl Image {
     pub fn panics(&self) -> Vec<String> {
         let marker = self.sections.get(".panic");
         let marker = marker.filter(|section| section.bytes != 0);
-        let names = self
-            .names
-            .iter()
-            .filter(|name| ["panicking", "begin_unwind", "unwrap_failed"].iter().any(|panic| name.contains(panic)));
-        marker.map(|_| "section .panic".to_owned()).into_iter().chain(names.cloned()).collect()
+        let names = self.names.iter().filter(|name| {
+            ["panicking", "begin_unwind", "unwrap_failed"]
+                .iter()
+                .any(|panic| name.contains(panic))
+        });
+        marker
+            .map(|_| "section .panic".to_owned())
+            .into_iter()
+            .chain(names.cloned())
+            .collect()
+    }
+
+    /// Most bytes of stack that are ever in use: the deepest path of every level, each on top of the one it
+    /// interrupts, with what the exceptions put there, and a fault on top of all.
+    pub fn stack_bound(&self) -> Result<u32, StackError> {
+        let mut bytes = 0;
+        for handler in LEVELS {
+            bytes += self.stack_of(handler)?.bytes + EXCEPTION_BYTES;
+        }
+        Ok(bytes)
     }
 
     /// How deep the stack gets at most from the exception handler (or `Reset`) of this name, without what an exception
@@ -140,7 +169,10 @@ fn functions(elf: &ElfFile32<'_>) -> BTreeMap<u32, Function> {
         .collect();
     data.sort_unstable();
     let mut functions = BTreeMap::new();
-    for symbol in elf.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text) {
+    for symbol in elf
+        .symbols()
+        .filter(|symbol| symbol.kind() == SymbolKind::Text)
+    {
         // Bit 0 marks Thumb code.
         let address = symbol.address() as u32 & !1;
         let begin = address.wrapping_sub(start) as usize;

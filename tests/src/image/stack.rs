@@ -8,8 +8,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use super::thumb::{Effect, effect, length};
 use super::Function;
+use super::thumb::{Effect, effect, length};
 
 /// The deepest path.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,12 +60,21 @@ pub(super) fn of(
         .values()
         .find(|function| function.name == name)
         .ok_or_else(|| StackError::Missing(name.to_owned()))?;
-    let frames = functions.values().map(|function| Ok((function.address, frame(function)?)));
+    let frames = functions
+        .values()
+        .map(|function| Ok((function.address, frame(function)?)));
     let frames: BTreeMap<_, _> = frames.collect::<Result<_, _>>()?;
-    let numbers = frames.values().flat_map(|frame| &frame.numbers).chain(words);
+    let numbers = frames
+        .values()
+        .flat_map(|frame| &frame.numbers)
+        .chain(words);
     // Bit 0 marks Thumb code.
-    let addresses = numbers.filter(|number| *number & 1 == 1).map(|number| number & !1);
-    let pointers = addresses.filter(|address| functions.contains_key(address)).collect();
+    let addresses = numbers
+        .filter(|number| *number & 1 == 1)
+        .map(|number| number & !1);
+    let pointers = addresses
+        .filter(|address| functions.contains_key(address))
+        .collect();
     let mut search = Search {
         functions,
         frames,
@@ -141,7 +150,9 @@ fn frame(function: &Function) -> Result<Frame, StackError> {
     let mut offset = 0;
     while let Some(first) = half_word(offset) {
         let address = function.address + offset;
-        let following = function.data.partition_point(|(start, _)| *start <= address);
+        let following = function
+            .data
+            .partition_point(|(start, _)| *start <= address);
         if following > 0 && function.data[following - 1].1 {
             let word = u32::from(half_word(offset + 2).unwrap_or_default()) << 16;
             frame.numbers.push(word | u32::from(first));

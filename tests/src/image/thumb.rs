@@ -81,9 +81,9 @@ fn long(address: u32, first: u16, second: u16) -> Effect {
         // strd registers, [sp, #-]!
         0xe96d => Effect::Push(4 * (low & 0xff)),
         // sub.w sp, sp, #
-        0xf1ad | 0xf5ad if second & 0x8f00 == 0x0d00 => {
-            Effect::Push(expand_immediate((high >> 10 & 1) << 11 | (low >> 12 & 7) << 8 | low & 0xff))
-        }
+        0xf1ad | 0xf5ad if second & 0x8f00 == 0x0d00 => Effect::Push(expand_immediate(
+            (high >> 10 & 1) << 11 | (low >> 12 & 7) << 8 | low & 0xff,
+        )),
         // subw sp, sp, #
         0xf2ad | 0xf6ad if second & 0x8f00 == 0x0d00 => {
             Effect::Push((high >> 10 & 1) << 11 | (low >> 12 & 7) << 8 | low & 0xff)
@@ -181,10 +181,28 @@ mod tests {
             (0xf3bf, 0x8f5f, Effect::None),         // dmb
             (0xf3ef, 0x8011, Effect::None),         // mrs r0, basepri
             (0xf85d, 0xfb04, Effect::None),         // pop.w {pc}
-            (0xf642, 0x73cd, Effect::LowerHalf { register: 3, value: 0x2fcd }), // movw r3, #0x2fcd
-            (0xf6c0, 0x0100, Effect::UpperHalf { register: 1, value: 0x0800 }), // movt r1, #0x800
+            (
+                0xf642,
+                0x73cd,
+                Effect::LowerHalf {
+                    register: 3,
+                    value: 0x2fcd,
+                },
+            ), // movw r3, #0x2fcd
+            (
+                0xf6c0,
+                0x0100,
+                Effect::UpperHalf {
+                    register: 1,
+                    value: 0x0800,
+                },
+            ), // movt r1, #0x800
         ] {
-            assert_eq!(effect(at, first, second), expected, "{first:04x} {second:04x}");
+            assert_eq!(
+                effect(at, first, second),
+                expected,
+                "{first:04x} {second:04x}"
+            );
         }
     }
 }

@@ -8,4 +8,6 @@ mod moves;
 mod refusals;
 mod replay;
 mod resets;
+mod study;
+mod ticks;
 mod uploads;

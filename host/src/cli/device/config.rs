@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use stillpoint_shared::config::Config;
 use stillpoint_shared::protocol::{Denial, Request, Response};
 use stillpoint_shared::status::Refusal;
-use stillpoint_shared::{DriveConfig, Limits};
+use stillpoint_shared::{DriveConfig, Limits, ordinal};
 use toml::{Table, Value};
 
 /// Show or change limits and settings; without options they are shown. All are kept over a loss of power. They can be
@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     /// Send settings of the executor: tolerances, monitors, ramps; names as shown, those left out stay
     #[arg(long, value_name = "SETTINGS.toml")]
     settings: Option<PathBuf>,
-    /// Send the drives' configuration, in the form in which it is shown; in force from the next start of the board on
+    /// Send the drives' configuration, in the form in which it is shown; a controller with other drives than before starts anew
     #[arg(long, value_name = "DRIVES.toml")]
     drives: Option<PathBuf>,
 }
@@ -157,7 +157,8 @@ fn show(line: &line::Arguments, board: &mut Board) -> Result<(), Failure> {
         .flat_map(|limits| limits.axes().iter().enumerate())
     {
         text += &format!(
-            "#   axis {axis}: {} N·m, {} N·m/s, {} rad/s; beyond {} rad/s {} N·m·s/rad less\n",
+            "#   axis {}: {} N·m, {} N·m/s, {} rad/s; beyond {} rad/s {} N·m·s/rad less\n",
+            ordinal(axis),
             limits.torque_nm,
             limits.torque_rate_nm_per_s,
             limits.speed_rad_per_s,

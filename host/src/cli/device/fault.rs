@@ -6,6 +6,7 @@ use crate::cli::{Failure, output};
 use crate::device::FaultReport;
 use clap::Args;
 use serde_json::{Value, json};
+use stillpoint_shared::ordinal;
 use stillpoint_shared::protocol::FaultSample;
 use stillpoint_shared::time;
 
@@ -85,6 +86,7 @@ fn csv(report: &FaultReport) -> String {
     let mut text = "tick,path_s,state,limited,path_speed,age_ticks".to_owned();
     let axes = report.samples.first().map_or(0, |sample| sample.axes.len());
     for axis in 0..axes {
+        let axis = ordinal(axis);
         text += &format!(",following_error_{axis}_rad,velocity_{axis}_rad_per_s,torque_{axis}_nm");
     }
     text += "\n";

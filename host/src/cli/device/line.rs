@@ -51,6 +51,11 @@ impl From<DeviceError> for Explained {
 }
 
 impl Arguments {
+    /// The board's port, if one is named.
+    pub(super) fn port(&self) -> Option<&Port> {
+        self.port.as_ref()
+    }
+
     /// Opens a session. The axes of an emulated or simulated board stand where the trajectory begins.
     pub(super) fn open(&self, trajectory: Option<&Trajectory>) -> Result<Board, Failure> {
         let Some(port) = &self.port else {

@@ -5,6 +5,7 @@ mod entry;
 mod fault;
 mod hello;
 mod line;
+mod log;
 mod monitor;
 mod orders;
 mod ports;
@@ -63,6 +64,8 @@ enum Order {
     Monitor(monitor::Arguments),
     /// Show the fault record: the first cause and the last second before it
     Fault(fault::Arguments),
+    /// Show what the board logs, in words
+    Log(log::Arguments),
     /// Keep the loaded trajectory over a loss of power
     Store,
     /// List the stored trajectories
@@ -99,6 +102,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Order::Run(arguments) => run::run(line, arguments),
         Order::Monitor(arguments) => monitor::run(line, arguments),
         Order::Fault(arguments) => fault::run(line, arguments),
+        Order::Log(arguments) => log::run(line, arguments),
         Order::Store => store::store(line),
         Order::List => store::list(line),
         Order::Load(arguments) => store::load(line, arguments),

@@ -9,6 +9,7 @@ use serde_json::json;
 use std::io::{ErrorKind, IsTerminal, Write, stdout};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
+use stillpoint_shared::ordinal;
 use stillpoint_shared::protocol::{Channels, Request, Telemetry, TelemetryConfig};
 use stillpoint_shared::time::{self, TIME_TICKS_PER_SECOND};
 
@@ -169,11 +170,11 @@ fn heading(sample: &Telemetry) -> String {
     let mut text = "tick,state,path_s,path_speed,dropped,lost".to_owned();
     for (channel, name, unit) in NAMES {
         for axis in 0..sample.channel(channel).len() {
-            text += &format!(",{name}_{axis}_{unit}");
+            text += &format!(",{name}_{}_{unit}", ordinal(axis));
         }
     }
     for axis in 0..sample.limited.len() {
-        text += &format!(",limited_{axis}");
+        text += &format!(",limited_{}", ordinal(axis));
     }
     text + "\n"
 }
@@ -250,7 +251,8 @@ fn table(sample: &Telemetry, lost: u64) -> String {
         let wanted = of(Channels::SETPOINT_POSITION, axis);
         let measured = of(Channels::MEASURED_POSITION, axis);
         text += &format!(
-            "{axis:>4} {wanted:>15.6} {measured:>14.6} {:>13.2e} {:>13.4} {:>13.3}  {}\n",
+            "{:>4} {wanted:>15.6} {measured:>14.6} {:>13.2e} {:>13.4} {:>13.3}  {}\n",
+            ordinal(axis),
             wanted - measured,
             of(Channels::MEASURED_VELOCITY, axis),
             of(Channels::SETPOINT_TORQUE, axis),

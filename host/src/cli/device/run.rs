@@ -69,7 +69,7 @@ fn play(board: &mut Board, trajectory: &Trajectory, how: &start::How) -> Result<
         board.order(&Request::Arm).map_err(Explained)?;
     }
     let request = how.request(board, header.content_hash, header.limits_hash);
-    Ok(start::when_there(board, request)?)
+    Ok(board.start(&request).map_err(Explained)?)
 }
 
 /// Waits for the end of the move.

@@ -3,12 +3,10 @@
 use super::line::{self, Board, Explained};
 use super::orders;
 use crate::cli::{Failure, read_trajectory};
-use crate::device::DeviceError;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
-use std::time::Duration;
-use stillpoint_shared::protocol::{Denial, Request};
-use stillpoint_shared::status::{CommsPolicy, Refusal, StartRequest};
+use stillpoint_shared::protocol::Request;
+use stillpoint_shared::status::{CommsPolicy, StartRequest};
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
 
 /// Start the move that is loaded.
@@ -87,38 +85,9 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
     let request = arguments.how.request(&board, trajectory_hash, limits_hash);
     if arguments.arm {
         board.order(&Request::Arm).map_err(Explained)?;
-        when_there(&mut board, request)?;
+        board.start(&request).map_err(Explained)?;
     } else {
         board.order(&Request::Start(request)).map_err(Explained)?;
     }
     orders::done(line, &mut board, "start")
-}
-
-/// Time between two attempts to start.
-const BETWEEN: Duration = Duration::from_millis(50);
-/// Longest time for the drives to switch on and the axes to creep to the start.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-/// Starts as soon as the drives are on and the axes stand at the start.
-pub(super) fn when_there(board: &mut Board, request: StartRequest) -> Result<(), Explained> {
-    use crate::device::Transport;
-    let deadline = board.transport().now() + PATIENCE;
-    loop {
-        let error = match board.order(&Request::Start(request)) {
-            Ok(()) => return Ok(()),
-            Err(error) => error,
-        };
-        let on_its_way = matches!(
-            error,
-            DeviceError::Denied(Denial::Executor(
-                Refusal::NotEnabled { .. }
-                    | Refusal::Approaching { .. }
-                    | Refusal::NotAtStart { .. }
-            ))
-        );
-        if !on_its_way || board.transport().now() >= deadline {
-            return Err(Explained(error));
-        }
-        board.wait(BETWEEN)?;
-    }
 }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use stillpoint_shared::protocol::{AxisStatus, Status};
 use stillpoint_shared::status::LimitFlags;
-use stillpoint_shared::time;
+use stillpoint_shared::{ordinal, time};
 
 /// A hash as everywhere: 16 hexadecimal digits.
 pub(super) fn hash(hash: u64) -> String {
@@ -51,6 +51,7 @@ pub(super) fn status_object(status: &Status) -> Value {
 
 fn axis_object(axis: &AxisStatus) -> Value {
     json!({
+        "drive": axis.drive.map(|drive| drive.to_string()),
         "measured_rad": axis.measured_rad,
         "following_peak_rad": axis.following_peak_rad,
         "limited": limits(axis.limited),
@@ -61,6 +62,10 @@ fn axis_object(axis: &AxisStatus) -> Value {
 pub(super) fn axes(status: &Status) -> String {
     let mut text = String::new();
     for (index, axis) in status.axes.iter().enumerate() {
+        let drive = match axis.drive {
+            Some(drive) => format!("drive {drive}"),
+            None => "no drive".to_owned(),
+        };
         let measured = match axis.measured_rad {
             Some(rad) => format!("at {rad:.6} rad"),
             None => "not heard".to_owned(),
@@ -72,7 +77,8 @@ pub(super) fn axes(status: &Status) -> String {
             limited.join(", ")
         };
         text += &format!(
-            "  axis {index}: {measured}, largest following error {:.2e} rad, limits reached: {limited}\n",
+            "  axis {}: {measured}, {drive}; largest following error {:.2e} rad, limits reached: {limited}\n",
+            ordinal(index),
             axis.following_peak_rad
         );
     }

@@ -26,15 +26,22 @@ impl Stopwatch {
         };
         (u32::from(elapsed_counts()) + later).saturating_sub(self.0)
     }
+
+    /// Counts from the beginning to a reading of [`elapsed_counts`] in the same period.
+    pub fn until(&self, elapsed_counts: u16) -> u16 {
+        u32::from(elapsed_counts).saturating_sub(self.0) as u16
+    }
 }
 
-/// Drives, and when they were last reached.
+/// Drives, and when they were last told something.
 #[derive(Debug)]
 pub struct Watched<D> {
     /// The drives.
     pub group: D,
     /// [`elapsed_counts`] when the latest set-points were handed over.
     pub reached_counts: u16,
+    /// Counts until the drives had answered.
+    pub answer_counts: u16,
 }
 
 impl<D> Watched<D> {
@@ -42,6 +49,7 @@ impl<D> Watched<D> {
         Self {
             group,
             reached_counts: 0,
+            answer_counts: 0,
         }
     }
 }
@@ -51,7 +59,9 @@ impl<const N: usize, D: DriveGroup<N>> DriveGroup<N> for Watched<D> {
 
     fn exchange(&mut self, setpoints: &[Setpoint; N]) -> Result<[Feedback; N], D::Error> {
         self.reached_counts = elapsed_counts();
-        self.group.exchange(setpoints)
+        let answer = self.group.exchange(setpoints);
+        self.answer_counts = elapsed_counts().saturating_sub(self.reached_counts);
+        answer
     }
 
     fn observe(&mut self) -> Result<[Feedback; N], D::Error> {
@@ -60,5 +70,9 @@ impl<const N: usize, D: DriveGroup<N>> DriveGroup<N> for Watched<D> {
 
     fn safe(&mut self) {
         self.group.safe();
+    }
+
+    fn reset_faults(&mut self) {
+        self.group.reset_faults();
     }
 }

@@ -105,14 +105,13 @@ fn filter(can1: &CAN1) {
     let second = 1 << CAN2_FILTERS;
     let used = 0b11 * (1 + second);
     let to_fifo_1 = 0b10 * (1 + second);
-    for (first, wanted) in [(0, 0), (1, odd)] {
-        for bank in [first, first + usize::from(CAN2_FILTERS)] {
+    for (number, bank) in (0..).zip(can1.fb_iter()) {
+        let wanted = if number & 1 == 0 { 0 } else { odd };
+        if used >> number & 1 == 1 {
             // SAFETY: any bits are an identifier and a mask.
             unsafe {
-                can1.fb(bank).fr1().write(|w| w.bits(wanted));
-                can1.fb(bank)
-                    .fr2()
-                    .write(|w| w.bits(odd | EXTENDED | REMOTE));
+                bank.fr1().write(|w| w.bits(wanted));
+                bank.fr2().write(|w| w.bits(odd | EXTENDED | REMOTE));
             }
         }
     }

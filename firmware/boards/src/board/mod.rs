@@ -12,8 +12,6 @@ pub mod uart;
 #[cfg(feature = "f405")]
 pub mod can;
 #[cfg(feature = "f405")]
-pub mod can_drives;
-#[cfg(feature = "f405")]
 pub mod clock;
 #[cfg(feature = "f405")]
 pub mod flash;

@@ -30,7 +30,7 @@ mod app {
     use stillpoint_firmware::link::{BoardInfo, Link, Machine};
     use stillpoint_firmware::stand_in::StandIn;
     use stillpoint_firmware::store::Store;
-    use stillpoint_firmware::{State, TickInputs};
+    use stillpoint_firmware::{State, TickInputs, board_tick};
     use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
 
     use super::board::bench_port::{self, BenchReceiver, BenchTransmitter};
@@ -154,12 +154,12 @@ mod app {
         machine.lock(|place| match place {
             Some(machine) => {
                 drives.hand_back(&mut inputs);
-                let report = machine.tick(drives, &inputs);
+                let report = board_tick::tick(machine, drives, &inputs);
                 done = Some((report.tick, report.state, report.path_ticks));
             }
             None => drives.tick(&inputs),
         });
-        let whole_counts = timer::elapsed_counts();
+        let whole_counts = stopwatch.counts();
         if overrun {
             // More than the monitor allows, and less than a period, beyond which the stopwatch is
             // wrong if the tick began late.
@@ -179,8 +179,8 @@ mod app {
                 state,
                 path_ticks,
                 sent: sent.map(rows),
-                to_setpoint_counts: watched.reached_counts,
-                whole_counts,
+                to_setpoint_counts: stopwatch.until(watched.reached_counts),
+                whole_counts: whole_counts.saturating_sub(watched.answer_counts.into()) as u16,
             });
             let mut bench = cx.shared.bench;
             bench.lock(|bench| bench.send(&record));

@@ -53,15 +53,15 @@ mod app {
 
     use cortex_m::peripheral::{DWT, SCB};
     use heapless::spsc::{Producer, Queue};
+    use stillpoint_firmware::cia402::ConfiguredDrives;
     use stillpoint_firmware::link::{Access, BoardInfo, Link, Machine};
     use stillpoint_firmware::safety_io::SafetyIo;
     use stillpoint_firmware::stand_in::StandIn;
     use stillpoint_firmware::store::Store;
-    use stillpoint_firmware::{State, TickInputs};
-    use stillpoint_shared::DriveConfig;
+    use stillpoint_firmware::{TickInputs, board_tick};
     use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
+    use stm32f4::stm32f405::{CAN1, CAN2};
 
-    use super::board::can_drives::CanDrives;
     use super::board::flash::{self, Sectors};
     use super::board::pins::{DriveEnable, StopContact};
     use super::board::serve::{AXES, Diary, Place, RECEIVED, Reach, Server};
@@ -70,6 +70,9 @@ mod app {
     use super::board::{build_id, can, clock, pins, retained, timer};
     use super::{BAUD, CRYSTAL_MHZ};
 
+    /// The drives on both buses.
+    pub type Drives = ConfiguredDrives<AXES, (can::Bus<CAN1>, can::Bus<CAN2>)>;
+
     #[shared]
     struct Shared {
         machine: Place,
@@ -77,13 +80,12 @@ mod app {
 
     #[local]
     struct Local {
-        drives: StandIn<CanDrives, AXES>,
+        drives: StandIn<Drives, AXES>,
         safety: SafetyIo<StopContact, DriveEnable>,
         watchdog: Feeder,
         receiver: Receiver,
         bytes: Producer<'static, u8>,
         server: Server<Sectors>,
-        drive_config: Option<DriveConfig>,
     }
 
     #[init(local = [
@@ -130,12 +132,14 @@ mod app {
         if let Err(refusal) = link.restore(machine, store) {
             defmt::info!("not configured: {}", refusal);
         }
-        let drive_config = store.drives();
-        let rate = drive_config
-            .as_ref()
-            .map(|config| config.bus().bit_rate_kbit_per_s);
-        let buses = rate.and_then(|rate| can::start(&rcc, device.CAN1, device.CAN2, rate));
-        let drives = CanDrives::new(drive_config.as_ref(), buses);
+        let (can1, can2) = (device.CAN1, device.CAN2);
+        let drives = Drives::new(store.drives().as_ref(), DRIVE_PERIOD_TICKS, |kbit_per_s| {
+            can::start(&rcc, can1, can2, kbit_per_s)
+        });
+        if let Err(reason) = drives.group() {
+            defmt::warn!("no drives: {}", reason);
+        }
+        machine.executor.allow_for_bus(drives.cycle());
 
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
@@ -156,7 +160,6 @@ mod app {
                     received,
                     transmitter,
                 },
-                drive_config,
             },
         )
     }
@@ -165,7 +168,7 @@ mod app {
     #[task(
         binds = SysTick, priority = 2, shared = [machine], local = [
             drives, safety, watchdog,
-            wanted: bool = false, busy_ticks: u32 = 0, before: u32 = 0, last: State = State::Idle,
+            wanted: bool = false, busy_ticks: u32 = 0, before: u32 = 0,
         ]
     )]
     fn tick(cx: tick::Context) {
@@ -176,7 +179,6 @@ mod app {
             wanted,
             busy_ticks,
             before,
-            last,
             ..
         } = cx.local;
         let now = DWT::cycle_count();
@@ -190,12 +192,8 @@ mod app {
         machine.lock(|place| match place {
             Some(machine) => {
                 drives.hand_back(&mut inputs);
-                let state = machine.tick(drives, &inputs).state;
+                let state = board_tick::tick(machine, drives, &inputs).state;
                 *wanted = state.is_energised() && !machine.executor.is_dry_run();
-                if *last == State::Fault && state != State::Fault {
-                    drives.drives_mut().request_fault_reset();
-                }
-                *last = state;
             }
             None => drives.tick(&inputs),
         });
@@ -211,31 +209,22 @@ mod app {
         }
     }
 
-    #[idle(shared = [machine], local = [server, drive_config, diary: Diary = Diary::NEW])]
+    #[idle(shared = [machine], local = [server, diary: Diary = Diary::NEW])]
     fn idle(cx: idle::Context) -> ! {
-        let idle::LocalResources {
-            server,
-            drive_config,
-            diary,
-            ..
-        } = cx.local;
+        let idle::LocalResources { server, diary, .. } = cx.local;
         let mut machine = Reach(cx.shared.machine);
-        let mut requests = 0;
         loop {
             let more = server.serve(&mut machine);
             diary.look(&mut machine);
-            if more {
-                continue;
-            }
-            let seen = server.link.counters().requests;
-            if seen != requests && server.transmitter.is_done() {
-                requests = seen;
-                // Other drives begin with a start, which is as good as at power-up: drives are
-                // configured only while they are off.
+            if server.link.wants_start() && server.transmitter.is_done() {
+                // Other drives begin with a start, which is as good as at power-up.
                 let is_off = machine.with(|m| !m.executor.state().is_energised());
-                if is_off && server.store.drives() != *drive_config {
+                if is_off {
                     SCB::sys_reset();
                 }
+            }
+            if more {
+                continue;
             }
             cortex_m::asm::wfi();
         }
