@@ -35,6 +35,9 @@ const FAR: f64 = 0.5;
 /// Rounds after which the peaks are taken as they are.
 const ROUNDS: usize = 10;
 
+/// Iterations that a round after the first may take.
+const ITERATIONS_PER_ROUND: usize = 150;
+
 /// The first round only finds out where the limits matter.
 const FIRST_TOLERANCE: f64 = 1e-3;
 
@@ -78,7 +81,7 @@ impl<'a> Attempt<'a> {
             progress,
         }
     }
-    /// Solves from a first guess and adds what it cost to `effort`.
+    /// Solves from a first guess, in at most so many iterations in the first round, and adds what it cost to `effort`.
     pub(super) fn solve(
         &self,
         guess: &Guess,
@@ -105,7 +108,6 @@ impl<'a> Attempt<'a> {
             warm: None,
         };
         effort.setup += started.elapsed();
-        let last_iteration = effort.iterations + max_iterations;
         for round in 0.. {
             let first = everywhere && round == 0;
             let tolerance = self.file.solver.tolerance;
@@ -115,10 +117,16 @@ impl<'a> Attempt<'a> {
                 } else {
                     tolerance
                 },
-                max_iterations: last_iteration.saturating_sub(effort.iterations),
+                max_iterations: if round == 0 {
+                    max_iterations
+                } else {
+                    let used = effort.iterations;
+                    let left = self.file.solver.max_iterations.saturating_sub(used);
+                    left.min(ITERATIONS_PER_ROUND)
+                },
                 least_barrier: self.least_barrier(),
             };
-            let outcome = self.run(&transcription, start, &settings, effort)?;
+            let outcome = self.run_or_restart(&transcription, start, &settings, effort)?;
             let solution = transcription.solution(&outcome.x);
             let courses = Courses::new(&self.problem, &solution);
             let mut peaks = if everywhere {
@@ -144,6 +152,28 @@ impl<'a> Attempt<'a> {
             transcription = next;
         }
         unreachable!("the last round returns")
+    }
+
+    /// One run of the solver; if it leads nowhere from multipliers, one more without them.
+    fn run_or_restart(
+        &self,
+        transcription: &Arc<Transcription>,
+        start: Start,
+        settings: &Settings,
+        effort: &mut Effort,
+    ) -> Result<Outcome, Box<Diagnosis>> {
+        let again = start.warm.is_some().then(|| Start {
+            x: start.x.clone(),
+            warm: None,
+        });
+        let failed = match self.run(transcription, start, settings, effort) {
+            Ok(outcome) => return Ok(outcome),
+            Err(failed) => failed,
+        };
+        match again.filter(|_| failed.status != Status::Stopped) {
+            Some(again) => self.run(transcription, again, settings, effort),
+            None => Err(failed),
+        }
     }
 
     /// One run of the solver.
