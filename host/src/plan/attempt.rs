@@ -224,9 +224,6 @@ impl<'a> Attempt<'a> {
         let outcome = self
             .solver
             .solve(Box::new(nlp), &settings, Box::new(|_| true));
-        if std::env::var("FINER").is_ok() {
-            eprintln!("finer {:?} {}", outcome.status, outcome.iterations);
-        }
         (outcome.status == Status::Solved).then(|| Finer {
             points,
             duration_s: finer.solution(&outcome.x).duration_s,
