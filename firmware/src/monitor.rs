@@ -63,20 +63,21 @@ impl<const AXES: usize> Monitor<AXES> {
 
     /// Judges one tick. Set-points and feedback belong to the same instant.
     ///
-    /// The following error of an axis is judged while its drive is enabled; `enabled` says whether
-    /// all have to be.
+    /// The following error of an axis is judged while its drive is enabled; `enabled` says which
+    /// have to be.
     pub fn check(
         &mut self,
         config: &MonitorConfig,
         setpoints: &[Setpoint; AXES],
         feedback: &[Feedback; AXES],
-        enabled: bool,
+        enabled: &[bool; AXES],
     ) -> Result<(), FaultCause> {
         let axes = setpoints
             .iter()
             .zip(feedback)
+            .zip(enabled)
             .zip(&mut self.peak_following_error_rad);
-        for (axis, ((setpoint, feedback), peak_rad)) in (0u8..).zip(axes) {
+        for (axis, (((setpoint, feedback), &enabled), peak_rad)) in (0u8..).zip(axes) {
             alive(config, axis, feedback)?;
             match feedback.status {
                 DriveStatus::Enabled => {}

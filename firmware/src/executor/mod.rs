@@ -28,6 +28,7 @@ use crate::{
 };
 
 pub use report::TickReport;
+pub use tick::ENABLING_TIME_TICKS;
 
 /// Plays trajectories on AXES drives. About 30 kB, most of it two trajectory buffers.
 ///
@@ -50,6 +51,9 @@ pub struct Executor<const AXES: usize> {
     /// 100 % less the override in per cent, so that a new one is zero.
     slower_percent: u8,
     commanded: [Setpoint; AXES],
+    /// Which axes have been enabled since the drives were armed, and when that was.
+    enabled: [bool; AXES],
+    armed_tick: u64,
     feedback: Slot<[Feedback; AXES]>,
     /// Limits in force in the last tick, and since the last `start`.
     limited: [LimitFlags; AXES],
@@ -126,6 +130,8 @@ impl<const AXES: usize> Executor<AXES> {
             slower_percent: 0,
             comms: CommsWatch::OFF,
             commanded: [AT_ZERO; AXES],
+            enabled: [false; AXES],
+            armed_tick: 0,
             feedback: Slot::empty([NO_FEEDBACK; AXES]),
             limited: [LimitFlags::NONE; AXES],
             ever_limited: [LimitFlags::NONE; AXES],
