@@ -102,15 +102,23 @@ impl<const AXES: usize> Monitor<AXES> {
     }
 }
 
-/// Whether an axis' feedback can be believed at all. The age comes first: what the numbers say that
-/// came too long ago no longer counts.
+/// Whether an axis' feedback can be believed, and its drive is in no fault.
 pub fn alive(config: &MonitorConfig, axis: u8, feedback: &Feedback) -> Result<(), FaultCause> {
+    if let DriveStatus::Fault { code } = feedback.status {
+        return Err(FaultCause::DriveFault { axis, code });
+    }
+    fresh(config, axis, feedback)
+}
+
+/// Whether what an axis measured can be believed. The age comes first: what the numbers say that
+/// came too long ago no longer counts.
+pub(crate) fn fresh(
+    config: &MonitorConfig,
+    axis: u8,
+    feedback: &Feedback,
+) -> Result<(), FaultCause> {
     let limit_ticks = config.feedback_age_ticks;
     match *feedback {
-        Feedback {
-            status: DriveStatus::Fault { code },
-            ..
-        } => Err(FaultCause::DriveFault { axis, code }),
         Feedback { age_ticks, .. } if age_ticks > limit_ticks => Err(FaultCause::FeedbackStale {
             axis,
             age_ticks,

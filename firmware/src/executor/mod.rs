@@ -16,7 +16,7 @@ use stillpoint_shared::{Limits, Trajectory, time};
 use crate::buffers::Buffers;
 use crate::comms::CommsWatch;
 use crate::limiter::LimiterConfig;
-use crate::monitor::{Monitor, MonitorConfig};
+use crate::monitor::{self, Monitor, MonitorConfig};
 use crate::pace::Pace;
 use crate::path_time::PathTime;
 use crate::ramp::Ramp;
@@ -305,14 +305,16 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    /// Positions in rad by the last feedback that came, if one came in the last tick.
-    pub fn measured_rad(&self) -> Option<SVector<f32, AXES>> {
-        let feedback = self.feedback.get()?;
+    /// Positions in rad by the feedback of the last tick, if it can be believed: a drive in a fault
+    /// still measures, one that is silent or was never heard does not.
+    pub fn measured_rad(&self) -> Result<SVector<f32, AXES>, Refusal> {
+        let feedback = self.feedback.get().ok_or(Refusal::NoFeedback)?;
         let mut measured = SVector::<f32, AXES>::zeros();
-        for (measured, feedback) in measured.iter_mut().zip(feedback) {
+        for (axis, (measured, feedback)) in (0..).zip(measured.iter_mut().zip(feedback)) {
+            monitor::fresh(&self.allowed, axis, feedback).map_err(Refusal::Feedback)?;
             *measured = feedback.position_rad;
         }
-        Some(measured)
+        Ok(measured)
     }
 
     /// Whether a command is taken now, as far as the state says.
