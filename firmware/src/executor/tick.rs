@@ -178,7 +178,11 @@ impl<const AXES: usize> Executor<AXES> {
         let change_per_s = if self.ramp.is_at(wanted_speed) {
             0.0
         } else {
-            let limits = &self.pace.limits;
+            let limits = if self.state == State::Stopping {
+                &self.pace.stop
+            } else {
+                &self.pace.limits
+            };
             self.ramp.step(wanted_speed, limits, self.period_s, &loads)
         };
         let speed = speed_ratio(self.ramp.speed());
