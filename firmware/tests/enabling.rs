@@ -2,7 +2,8 @@
 
 mod common;
 
-use common::{AXES, Drives, FINE, brought_to};
+use common::{AXES, Drives, FINE, START_RAD, brought_to, changed, limits};
+use nalgebra::SVector;
 use stillpoint_firmware::executor::ENABLING_TIME_TICKS;
 use stillpoint_firmware::{Config, DriveStatus, Executor, FaultCause, Feedback, State};
 use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
@@ -85,4 +86,31 @@ fn drives_that_are_not_enabled_in_time_are_a_fault() {
             limit_ticks,
         })
     );
+}
+
+#[test]
+fn an_axis_arrives_however_many_turns_it_is_from_zero() {
+    for turned_rad in [300.0, -3_000.0, 20_000.0] {
+        let mut config = Config::default();
+        config.accept.start_tolerance_rad = 0.01;
+        let mut executor = Executor::<AXES>::new(limits(), config).unwrap();
+        let moved = changed(&limits(), |(_, _, quantity, axis), value| {
+            // The turns alone: this far away, the move itself would be rounding errors.
+            match (quantity, axis) {
+                (0, 0) => turned_rad,
+                (_, 0) => 0.0,
+                _ => value,
+            }
+        });
+        let stands_rad = SVector::from([turned_rad as f32 + 0.006, START_RAD[1] as f32]);
+        let mut drives = Drives::at(&stands_rad);
+        executor.tick(&mut drives, &FINE);
+        executor.load(&moved, &stands_rad).unwrap();
+        executor.arm().unwrap();
+        for _ in 0..1_000 {
+            assert_eq!(executor.tick(&mut drives, &FINE).fault, None);
+        }
+        let request = executor.start_request();
+        assert_eq!(executor.start(&request), Ok(()), "{turned_rad} rad");
+    }
 }

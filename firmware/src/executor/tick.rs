@@ -263,10 +263,15 @@ impl<const AXES: usize> Executor<AXES> {
         {
             if feedback.status == DriveStatus::Enabled {
                 let distance_rad = wanted.position_rad - commanded.position_rad;
-                if distance_rad > self.approach_step_rad {
-                    wanted.position_rad = commanded.position_rad + self.approach_step_rad;
-                } else if distance_rad < -self.approach_step_rad {
-                    wanted.position_rad = commanded.position_rad - self.approach_step_rad;
+                // Far from zero the step may be less than f32 can tell: one rounding error at least.
+                let mut step_rad = commanded.position_rad.abs() * f32::EPSILON;
+                if self.approach_step_rad > step_rad {
+                    step_rad = self.approach_step_rad;
+                }
+                if distance_rad > step_rad {
+                    wanted.position_rad = commanded.position_rad + step_rad;
+                } else if distance_rad < -step_rad {
+                    wanted.position_rad = commanded.position_rad - step_rad;
                 }
                 wanted.velocity_rad_per_s = 0.0;
             } else {
