@@ -51,8 +51,9 @@ pub struct BoardInfo {
     pub build_id: u64,
     /// Period of the drive loop, in ticks of 0.1 µs.
     pub period_ticks: u32,
-    /// A number that is another one after every start of the board, as far as it can: what is left
-    /// on the line from before then belongs to no open session.
+    /// A number that is another one after every start of the board, as far as it can. Session
+    /// numbers are drawn from it and the host's nonce: what is left on the line from before a start
+    /// belongs to no open session, but by a chance of 1 in 65,535.
     pub start: u16,
 }
 

@@ -56,7 +56,8 @@
 //! begins anywhere, adds one per request and has one order unanswered at a time.
 //!
 //! A session ends when another one is opened; requests of any other session than the open one are
-//! `Denied`, so that bytes left over on the line do nothing. A `Hello` with the nonce of the open
+//! `Denied`, so that bytes left over on the line do nothing, also over a reset of the board: the
+//! board draws session numbers from the host's nonce. A `Hello` with the nonce of the open
 //! session is a repetition and opens none.
 //!
 //! # Upload
