@@ -260,10 +260,9 @@ impl Answering<'_> {
     ) {
         let (session, is_new) = self.session.greet(hello);
         if is_new {
-            reach.machine.with(|machine| {
-                machine.tap.set(TelemetryConfig::OFF);
-                machine.executor.heard_from_host(machine.executor.ticks());
-            });
+            reach
+                .machine
+                .with(|machine| machine.tap.set(TelemetryConfig::OFF));
         }
         let identity = reach.identity(self.info, session);
         let envelope = Envelope {
@@ -281,7 +280,9 @@ impl Answering<'_> {
         reach: &mut Reach<'_, M, F>,
     ) -> Result<Option<Outcome>, Denial> {
         let sequence = envelope.sequence;
-        if self.session.take(envelope.session, sequence)? {
+        let is_newest = self.session.take(envelope.session, sequence)?;
+        // Whoever only watches is no supervisor.
+        if is_newest && !matches!(request, Request::SetTelemetry(_)) {
             reach
                 .machine
                 .with(|machine| machine.executor.heard_from_host(machine.executor.ticks()));

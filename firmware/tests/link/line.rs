@@ -6,7 +6,7 @@ use stillpoint_firmware::link::{BoardInfo, Link, WINDOW};
 use stillpoint_shared::assembly::{Arrived, Outline};
 use stillpoint_shared::protocol::{
     Block, Denial, Envelope, FrameDecoder, Hello, MAX_FRAME_BYTES, Request, Response, SCHEMA_HASH,
-    Versions,
+    TelemetryConfig, Versions,
 };
 use stillpoint_shared::status::CommsPolicy;
 
@@ -223,6 +223,21 @@ fn only_new_requests_are_signs_of_life() {
     };
     rig.exchange(other, &Request::KeepAlive);
     rig.tick(60);
+    assert!(matches!(rig.state(), State::Holding | State::Held));
+}
+
+#[test]
+fn greetings_and_telemetry_alone_are_no_signs_of_life() {
+    let mut rig = Rig::new();
+    rig.upload(&trajectory());
+    rig.run(CommsPolicy::Hold);
+    for nonce in 100..105 {
+        assert_eq!(rig.state(), State::Running);
+        rig.tick(12);
+        rig.hello(nonce);
+        rig.tick(12);
+        rig.done(&Request::SetTelemetry(TelemetryConfig::OFF));
+    }
     assert!(matches!(rig.state(), State::Holding | State::Held));
 }
 
