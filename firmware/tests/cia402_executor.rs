@@ -233,24 +233,3 @@ fn an_armed_drive_that_lost_its_torque_is_not_switched_on_again() {
     );
     assert_eq!(rig.drive(0, |drive| drive.counts()), stands);
 }
-
-#[test]
-fn drives_are_not_switched_on_again_while_nobody_looks_at_their_feedback() {
-    let (mut executor, mut rig) = ready();
-    executor.arm().unwrap();
-    for _ in 0..400 {
-        executor.tick(&mut rig, &FINE);
-    }
-    let told = *executor.report().setpoints;
-    rig.drive(0, |drive| drive.state = Pds::SwitchOnDisabled);
-    for _ in 0..400 {
-        let _ = rig.exchange(&told);
-        assert_ne!(rig.drive(0, |drive| drive.state), Pds::OperationEnabled);
-    }
-    // Told to be off, and then on, it comes back.
-    rig.off_for_ms(20);
-    for _ in 0..400 {
-        let _ = rig.exchange(&told);
-    }
-    assert_eq!(rig.drive(0, |drive| drive.state), Pds::OperationEnabled);
-}
