@@ -63,24 +63,9 @@ impl<M, F: Flash> Reach<'_, M, F> {
             Request::KeepAlive => Response::Done,
             Request::List => Response::Stored(gathered(self.store.moves())),
             Request::GetDrives => Response::Drives(self.store.drives()),
-            Request::GetFaultSamples { first } => self.fault_samples(first)?,
             // With one lock for all: every one more is code again.
             _ => return self.machine.with(|m| m.answer(request, counters)),
         })
-    }
-
-    #[inline(never)]
-    fn fault_samples<const AXES: usize>(&mut self, first: u16) -> Result<Response, Denial>
-    where
-        M: Access<AXES>,
-    {
-        let samples = self.machine.with(|m| m.fault_samples(first));
-        if samples.is_empty() {
-            let head = self.machine.with(|m| m.fault_head());
-            let samples = head.map_or(0, |head| head.samples);
-            return Err(Denial::FaultSample { first, samples });
-        }
-        Ok(Response::FaultSamples(samples))
     }
 
     /// Whether the executor takes a command, as far as its state says.
@@ -147,8 +132,10 @@ impl<M, F: Flash> Reach<'_, M, F> {
                     };
                     return Err(Refusal::from(error).into());
                 }
-                let (limits, _) = self.machine.with(|m| m.configuration())?;
-                self.machine.with(|m| m.may_configure(&limits, &config))?;
+                let limits = self.machine.with(|m| {
+                    let (limits, _) = m.configuration()?;
+                    m.may_configure(&limits, &config).map(|()| limits)
+                })?;
                 self.store.put_config(&config)?;
                 self.machine
                     .with(|m| m.executor.configure(limits, config))?;
@@ -171,13 +158,15 @@ impl<M, F: Flash> Reach<'_, M, F> {
         M: Access<AXES>,
     {
         let limits = Limits::new(axes).map_err(Denial::Limits)?;
-        let config = self.machine.with(|m| *m.executor.config());
-        let config = if config.period_ticks == 0 {
-            info.config()
-        } else {
-            config
-        };
-        self.machine.with(|m| m.may_configure(&limits, &config))?;
+        let config = self.machine.with(|m| {
+            let config = match m.executor.config() {
+                Config {
+                    period_ticks: 0, ..
+                } => info.config(),
+                config => *config,
+            };
+            m.may_configure(&limits, &config).map(|()| config)
+        })?;
         self.store.put_limits(&limits)?;
         self.machine
             .with(|m| m.executor.configure(limits, config))?;
