@@ -6,8 +6,8 @@ use stillpoint::autodiff::Scalar;
 use stillpoint::movefile::MoveFile;
 use stillpoint::nlp::{NlpProblem, NlpSolver, Pounce, Settings, Status};
 use stillpoint::ocp::{
-    Bounds, CollocationNlp, Exact, Guess, Interval, Mesh, Model, OptimalControlProblem, Quantity,
-    Sizes, Solution, Transcription,
+    Bounds, CollocationNlp, Exact, Guess, Hamiltonian, Interval, Limited, Mesh, Model,
+    OptimalControlProblem, Quantity, Sample, Sizes, Solution, Transcription,
 };
 use stillpoint::plan::{move_problem, quintic_guess};
 
@@ -112,8 +112,31 @@ fn uneven_mesh() -> Mesh {
     ])
 }
 
+/// With limits between the points on everything, and every other path function left out at the points.
 fn assert_exact(problem: OptimalControlProblem, guess: &Guess, perturbation: f64) {
-    let transcription = Arc::new(Transcription::new(Arc::new(problem), uneven_mesh(), guess));
+    let Sizes {
+        states,
+        controls,
+        path,
+        ..
+    } = problem.sizes;
+    let all = (0..states).map(Limited::State);
+    let all = all.chain((0..controls).map(Limited::Control));
+    let all = all.chain((0..path).map(Limited::Path));
+    let all = all.chain((0..path).map(Limited::Slope));
+    let samples: Vec<Sample> = all
+        .enumerate()
+        .map(|(index, limited)| Sample {
+            interval: index % 3,
+            local: 1.0 - 0.1 * index as f64 % 2.0,
+            limited,
+            bounds: Bounds::FREE,
+        })
+        .collect();
+    let transcription = Transcription::new(Arc::new(problem), uneven_mesh(), guess)
+        .with_path((0..path).step_by(2).collect())
+        .with_samples(&samples);
+    let transcription = Arc::new(transcription);
     let mut x = transcription.unknowns(guess);
     for (value, noise) in x.iter_mut().zip(noise(3, transcription.variables())) {
         *value += perturbation * noise;
@@ -201,6 +224,15 @@ fn derivatives_of_a_general_problem_are_exact() {
 }
 
 fn solve(problem: OptimalControlProblem, mesh: Mesh, guess: &Guess) -> (f64, Solution) {
+    let (objective, solution, _) = solve_with_hamiltonian(problem, mesh, guess);
+    (objective, solution)
+}
+
+fn solve_with_hamiltonian(
+    problem: OptimalControlProblem,
+    mesh: Mesh,
+    guess: &Guess,
+) -> (f64, Solution, Hamiltonian) {
     let transcription = Arc::new(Transcription::new(Arc::new(problem), mesh, guess));
     let start = transcription.unknowns(guess);
     let nlp = CollocationNlp::new(Arc::clone(&transcription), start, None);
@@ -212,7 +244,8 @@ fn solve(problem: OptimalControlProblem, mesh: Mesh, guess: &Guess) -> (f64, Sol
     let outcome = Pounce.solve(Box::new(nlp), &settings, Box::new(|_| true));
     assert_eq!(outcome.status, Status::Solved);
     let objective = outcome.objective * transcription.scaling().objective;
-    (objective, transcription.solution(&outcome.x))
+    let hamiltonian = transcription.hamiltonian(&outcome);
+    (objective, transcription.solution(&outcome.x), hamiltonian)
 }
 
 /// ẋ = v, v̇ = u, L = ½u².
@@ -344,6 +377,8 @@ fn brachistochrone_with_free_duration() {
         duration_s: Bounds::new(0.1, 10.0),
     };
     let guess = Guess::line(1.0, vec![0.0; 3], vec![2.0, 2.0, 5.0], vec![0.8]);
-    let (duration, _) = solve(problem, Mesh::uniform(2, 12), &guess);
+    let (duration, _, h) = solve_with_hamiltonian(problem, Mesh::uniform(2, 12), &guess);
     assert!((duration - 0.824_759_143_156_6).abs() < 1e-9, "{duration}");
+    // Of the fastest move it is −1 all along.
+    assert!((h.mean + 1.0).abs() < 1e-9 && h.largest < 1e-6, "{h:?}");
 }

@@ -149,7 +149,9 @@ impl<'a> Courses<'a> {
                 first_point,
                 local,
             });
-            let difference = at.path[row] - at.path_through_nodes[row];
+            // Where they have nothing to do with each other yet, some room must be left.
+            let most = bounds.size() / 2.0;
+            let difference = (at.path[row] - at.path_through_nodes[row]).clamp(-most, most);
             bounds.lower -= difference.min(0.0);
             bounds.upper -= difference.max(0.0);
         }

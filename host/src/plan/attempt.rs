@@ -35,6 +35,9 @@ const FAR: f64 = 0.5;
 /// Rounds after which the peaks are taken as they are.
 const ROUNDS: usize = 10;
 
+/// Iterations that a round after the first may take.
+const ITERATIONS_PER_ROUND: usize = 150;
+
 /// The first round only finds out where the limits matter.
 const FIRST_TOLERANCE: f64 = 1e-3;
 
@@ -51,8 +54,8 @@ pub(super) struct Solved {
 
 /// What attempts have in common.
 pub(super) struct Attempt<'a> {
-    file: &'a MoveFile,
-    problem: Arc<OptimalControlProblem>,
+    pub(super) file: &'a MoveFile,
+    pub(super) problem: Arc<OptimalControlProblem>,
     margin: f64,
     solver: &'a dyn NlpSolver,
     progress: &'a Rc<RefCell<Progress>>,
@@ -78,15 +81,15 @@ impl<'a> Attempt<'a> {
             progress,
         }
     }
-    /// Solves from a first guess and adds what it cost to `effort`.
+    /// Solves on a mesh from a first guess, in at most so many iterations in the first round, and adds what it cost to `effort`.
     pub(super) fn solve(
         &self,
+        mesh: Mesh,
         guess: &Guess,
         max_iterations: usize,
         effort: &mut Effort,
     ) -> Result<Solved, Box<Diagnosis>> {
         let started = Instant::now();
-        let mesh = Mesh::uniform(self.file.mesh.intervals, self.file.mesh.points);
         let scaling = Scaling::automatic(&self.problem, guess);
         let program = |path: Vec<usize>, samples: &[Sample]| {
             let problem = Arc::clone(&self.problem);
@@ -105,7 +108,6 @@ impl<'a> Attempt<'a> {
             warm: None,
         };
         effort.setup += started.elapsed();
-        let last_iteration = effort.iterations + max_iterations;
         for round in 0.. {
             let first = everywhere && round == 0;
             let tolerance = self.file.solver.tolerance;
@@ -115,10 +117,16 @@ impl<'a> Attempt<'a> {
                 } else {
                     tolerance
                 },
-                max_iterations: last_iteration.saturating_sub(effort.iterations),
+                max_iterations: if round == 0 {
+                    max_iterations
+                } else {
+                    let used = effort.iterations;
+                    let left = self.file.solver.max_iterations.saturating_sub(used);
+                    left.min(ITERATIONS_PER_ROUND)
+                },
                 least_barrier: self.least_barrier(),
             };
-            let outcome = self.run(&transcription, start, &settings, effort)?;
+            let outcome = self.run_or_restart(&transcription, start, &settings, effort)?;
             let solution = transcription.solution(&outcome.x);
             let courses = Courses::new(&self.problem, &solution);
             let mut peaks = if everywhere {
@@ -144,6 +152,28 @@ impl<'a> Attempt<'a> {
             transcription = next;
         }
         unreachable!("the last round returns")
+    }
+
+    /// One run of the solver; if it leads nowhere from multipliers, one more without them.
+    fn run_or_restart(
+        &self,
+        transcription: &Arc<Transcription>,
+        start: Start,
+        settings: &Settings,
+        effort: &mut Effort,
+    ) -> Result<Outcome, Box<Diagnosis>> {
+        let again = start.warm.is_some().then(|| Start {
+            x: start.x.clone(),
+            warm: None,
+        });
+        let failed = match self.run(transcription, start, settings, effort) {
+            Ok(outcome) => return Ok(outcome),
+            Err(failed) => failed,
+        };
+        match again.filter(|_| failed.status != Status::Stopped) {
+            Some(again) => self.run(transcription, again, settings, effort),
+            None => Err(failed),
+        }
     }
 
     /// One run of the solver.
@@ -194,9 +224,6 @@ impl<'a> Attempt<'a> {
         let outcome = self
             .solver
             .solve(Box::new(nlp), &settings, Box::new(|_| true));
-        if std::env::var("FINER").is_ok() {
-            eprintln!("finer {:?} {}", outcome.status, outcome.iterations);
-        }
         (outcome.status == Status::Solved).then(|| Finer {
             points,
             duration_s: finer.solution(&outcome.x).duration_s,

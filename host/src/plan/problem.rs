@@ -3,6 +3,7 @@
 //! State (τ, q, v), control u = τ̇ (eqs. 6–8 of the paper); the cost is the duration. At both ends the machine stands
 //! undeformed and without torque, so nothing accelerates and nothing rings afterwards.
 
+use super::guess::rigid_duration_s;
 use crate::autodiff::Scalar;
 use crate::machine::{Machine, OutputForm};
 use crate::movefile::{Limits, MachineKind, MoveFile};
@@ -10,6 +11,10 @@ use crate::ocp::{
     Bounds, Differentiable, Exact, Mechanical, Model, OptimalControlProblem, PathRow, Quantity,
     Sizes,
 };
+
+/// Shortest duration the planner considers, as share of that of the rigid quintic: an axis limited in speed alone takes 1/1.875
+/// of it, with a limited torque or torque rate more. Without it some solves fall into a duration of zero and stay there.
+const SHORTEST_SHARE: f64 = 0.2;
 
 /// Longest duration the planner considers, s.
 const LONGEST_S: f64 = 1e3;
@@ -71,6 +76,7 @@ fn build<M: Machine>(
             .chain(zero(M::COORDINATES))
             .collect()
     };
+    let shortest_s = rigid_duration_s(file).map_or(1e-6, |rigid_s| SHORTEST_SHARE * rigid_s);
     OptimalControlProblem {
         sizes,
         stage: stage(rows),
@@ -89,7 +95,7 @@ fn build<M: Machine>(
         ends: Vec::new(),
         initial: at_rest(&file.from),
         terminal: at_rest(&file.to),
-        duration_s: Bounds::new(1e-6, LONGEST_S),
+        duration_s: Bounds::new(shortest_s, LONGEST_S),
     }
 }
 
