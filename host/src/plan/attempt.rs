@@ -54,8 +54,8 @@ pub(super) struct Solved {
 
 /// What attempts have in common.
 pub(super) struct Attempt<'a> {
-    file: &'a MoveFile,
-    problem: Arc<OptimalControlProblem>,
+    pub(super) file: &'a MoveFile,
+    pub(super) problem: Arc<OptimalControlProblem>,
     margin: f64,
     solver: &'a dyn NlpSolver,
     progress: &'a Rc<RefCell<Progress>>,
@@ -81,15 +81,15 @@ impl<'a> Attempt<'a> {
             progress,
         }
     }
-    /// Solves from a first guess, in at most so many iterations in the first round, and adds what it cost to `effort`.
+    /// Solves on a mesh from a first guess, in at most so many iterations in the first round, and adds what it cost to `effort`.
     pub(super) fn solve(
         &self,
+        mesh: Mesh,
         guess: &Guess,
         max_iterations: usize,
         effort: &mut Effort,
     ) -> Result<Solved, Box<Diagnosis>> {
         let started = Instant::now();
-        let mesh = Mesh::uniform(self.file.mesh.intervals, self.file.mesh.points);
         let scaling = Scaling::automatic(&self.problem, guess);
         let program = |path: Vec<usize>, samples: &[Sample]| {
             let problem = Arc::clone(&self.problem);
@@ -224,9 +224,6 @@ impl<'a> Attempt<'a> {
         let outcome = self
             .solver
             .solve(Box::new(nlp), &settings, Box::new(|_| true));
-        if std::env::var("FINER").is_ok() {
-            eprintln!("finer {:?} {}", outcome.status, outcome.iterations);
-        }
         (outcome.status == Status::Solved).then(|| Finer {
             points,
             duration_s: finer.solution(&outcome.x).duration_s,

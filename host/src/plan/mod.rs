@@ -7,6 +7,7 @@ mod figures;
 mod guess;
 mod played;
 mod problem;
+mod refinement;
 mod trajectory;
 
 pub use check::{EndMiss, StateMiss, end_miss};
@@ -15,12 +16,13 @@ pub use figures::Finer;
 pub use guess::{quintic_guess, rigid_duration_s};
 pub use played::{Played, PlayedError};
 pub use problem::move_problem;
+pub use refinement::{Refinement, Shortfall};
 pub use trajectory::{ConversionError, trajectory};
 
 use crate::certify::{Certificate, CertifyError, Coordinates, certify};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{Iteration, NlpSolver, Status};
-use crate::ocp::{Guess, Hamiltonian, Solution};
+use crate::ocp::{Guess, Hamiltonian, Mesh, Solution};
 use crate::simulate::ode::OdeError;
 use crate::sptfile::Section;
 use attempt::{Attempt, Solved};
@@ -61,6 +63,8 @@ pub struct Plan {
     pub effort: Effort,
     /// Where the machine ends when the dynamics are integrated under the planned control.
     pub end_miss: EndMiss,
+    /// What refinement of the mesh did, if it was asked for.
+    pub refinement: Option<Refinement>,
     /// The duration on a finer mesh, if the solver ended there.
     pub finer: Option<Finer>,
     /// The Hamiltonian, from the multipliers.
@@ -186,19 +190,24 @@ pub fn plan(
         check: Duration::ZERO,
     };
     let mut solved = from_first_guesses(file, &attempt, &mut effort)?;
+    let refinement = (file.mesh.refine)
+        .map(|tolerance| refinement::refine(&attempt, &mut solved, tolerance, &mut effort))
+        .transpose()?;
     let mut shipped = Shipped::of(file, &solved.solution)?;
     for margin in &MARGINS[1..] {
         if shipped.is_as_wanted(file) {
             break;
         }
         let attempt = Attempt::new(file, solver, &progress, *margin);
+        let mesh = solved.solution.mesh.clone();
         let guess = Guess::from_solution(solved.solution);
         let left = file.solver.max_iterations.saturating_sub(effort.iterations);
-        let again = attempt.solve(&guess, left, &mut effort);
+        let again = attempt.solve(mesh, &guess, left, &mut effort);
         solved = again.map_err(|diagnosis| PlanError::unsolved(diagnosis, &effort))?;
         shipped = Shipped::of(file, &solved.solution)?;
     }
-    checked(file, &attempt, solved, shipped, effort)
+    let plan = checked(file, &attempt, solved, shipped, effort)?;
+    Ok(Plan { refinement, ..plan })
 }
 
 /// Solves from one first guess after the other.
@@ -218,7 +227,8 @@ fn from_first_guesses(
             left.min(ITERATIONS_PER_GUESS)
         };
         let guess = quintic_guess(file, estimate_s * slowness);
-        match attempt.solve(&guess, iterations, effort) {
+        let mesh = Mesh::uniform(file.mesh.intervals, file.mesh.points);
+        match attempt.solve(mesh, &guess, iterations, effort) {
             Ok(solved) => return Ok(solved),
             Err(diagnosis) => {
                 let stopped = diagnosis.status == Status::Stopped;
@@ -327,6 +337,7 @@ fn checked(
         },
         effort,
         end_miss,
+        refinement: None,
         finer,
         played,
     })
