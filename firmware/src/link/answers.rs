@@ -107,7 +107,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
             }
             Request::UploadCommit { content_hash } => {
                 self.at_rest(Command::CommitLoad, |m, _| {
-                    let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
+                    let measured_rad = m.executor.measured_rad()?;
                     Ok(m.executor.commit_load(content_hash, &measured_rad)?)
                 })?;
             }
@@ -119,7 +119,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
             Request::Load { content_hash } => {
                 self.at_rest(Command::Load, |m, store| {
                     let bytes = store.find(content_hash)?;
-                    let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
+                    let measured_rad = m.executor.measured_rad()?;
                     Ok(m.executor.load_encoded(bytes, &measured_rad)?)
                 })?;
             }
