@@ -17,6 +17,7 @@ impl<const AXES: usize> Executor<AXES> {
     pub fn arm(&mut self) -> Result<(), Refusal> {
         self.allows(Command::Arm)?;
         self.near_first_node(Command::Arm)?;
+        self.path = PathTime::START;
         self.state = State::Armed;
         self.begin_record();
         Ok(())
