@@ -99,11 +99,13 @@ fn plan_says_in_json_all_that_it_knows() {
         plan["played"]
     );
     assert!(plan["end_miss"].as_f64().is_some_and(|miss| miss < 1e-6));
-    let bytes = std::fs::metadata(folder.join("m.spt"))
-        .expect("the trajectory")
-        .len();
-    // 2.4 kB of trajectory, then the certificate.
-    assert!(bytes <= 6000, "{bytes}");
+    let info = object(&stillpoint(&folder, &["info", "m.spt", "--json"]));
+    // What the board is sent; the certificate stays with the host.
+    assert!(
+        info["bytes"].as_u64().is_some_and(|bytes| bytes <= 2600),
+        "{info}"
+    );
+    assert_eq!(info["certificate"]["status"], "present");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use stillpoint_shared::protocol::{
 };
 use stillpoint_shared::{AxisDrive, AxisLimits, BusConfig, DriveConfig, Limits};
 
-use super::machine::Access;
+use super::machine::{Access, Machine};
 use super::session::Outcome;
 use super::{BoardInfo, WINDOW};
 use crate::store::Store;
@@ -96,13 +96,24 @@ impl<M, F: Flash> Reach<'_, M, F> {
         Ok(Response::FaultSamples(samples))
     }
 
-    /// Whether the executor takes a command, as far as its state says.
-    fn allow<const AXES: usize>(&mut self, command: Command) -> Result<(), Refusal>
+    /// Does something that takes many ticks or writes flash, if the executor's state allows it. The
+    /// drive loop goes on meanwhile, but no other state comes of it: what is refused has changed
+    /// nothing.
+    fn at_rest<const AXES: usize>(
+        &mut self,
+        command: Command,
+        act: impl FnOnce(&mut Machine<AXES>, &mut Store<F>) -> Result<(), Denial>,
+    ) -> Result<(), Denial>
     where
         M: Access<AXES>,
     {
-        self.machine
-            .with(|machine| machine.executor.allows(command))
+        // Before the drive loop is left without the executor, and when it cannot change any more.
+        self.machine.with(|m| m.executor.allows(command))?;
+        let store = &mut *self.store;
+        self.machine.at_rest(|m| {
+            m.executor.allows(command)?;
+            act(m, store)
+        })
     }
 
     /// Obeys an order.
@@ -123,10 +134,9 @@ impl<M, F: Flash> Reach<'_, M, F> {
                 return Ok(Outcome::Upload(begun?));
             }
             Request::UploadCommit { content_hash } => {
-                self.allow(Command::CommitLoad)?;
-                self.machine.at_rest(|m| {
+                self.at_rest(Command::CommitLoad, |m, _| {
                     let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
-                    m.executor.commit_load(content_hash, &measured_rad)
+                    Ok(m.executor.commit_load(content_hash, &measured_rad)?)
                 })?;
             }
             Request::UploadAbort => self.machine.with(|m| m.executor.abort_load()),
@@ -141,25 +151,25 @@ impl<M, F: Flash> Reach<'_, M, F> {
             Request::QuickStop => self.machine.with(|m| m.executor.quick_stop()),
             Request::Clear => self.machine.with(|m| m.executor.clear())?,
             Request::Store => {
-                self.allow(Command::Store)?;
-                let store = &mut *self.store;
-                self.machine
-                    .at_rest(|m| store.put(m.executor.trajectory()))?;
+                self.at_rest(Command::Store, |m, store| {
+                    Ok(store.put(m.executor.trajectory())?)
+                })?;
             }
             Request::Load { content_hash } => {
-                self.allow(Command::Load)?;
-                let bytes = self.store.find(content_hash)?;
-                self.machine.at_rest(|m| {
+                self.at_rest(Command::Load, |m, store| {
+                    let bytes = store.find(content_hash)?;
                     let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
-                    m.executor.load_encoded(bytes, &measured_rad)
+                    Ok(m.executor.load_encoded(bytes, &measured_rad)?)
                 })?;
             }
             Request::Erase { content_hash } => {
-                self.allow(Command::Erase)?;
-                match content_hash {
-                    Some(content_hash) => self.store.delete(content_hash)?,
-                    None => self.store.delete_all()?,
-                }
+                self.at_rest(Command::Erase, |_, store| {
+                    let erased = match content_hash {
+                        Some(content_hash) => store.delete(content_hash),
+                        None => store.delete_all(),
+                    };
+                    Ok(erased?)
+                })?;
             }
             Request::SetTelemetry(config) => self.machine.with(|m| m.tap.set(config)),
             Request::SetLimits(ref axes) => self.set_limits(axes, info)?,
@@ -173,10 +183,11 @@ impl<M, F: Flash> Reach<'_, M, F> {
                     return Err(Refusal::from(error).into());
                 }
                 let (limits, _) = self.machine.with(|m| m.configuration())?;
-                self.machine.with(|m| m.may_configure(&limits, &config))?;
-                self.store.put_config(&config)?;
-                self.machine
-                    .with(|m| m.executor.configure(limits, config))?;
+                self.at_rest(Command::Configure, |m, store| {
+                    m.may_configure(&limits, &config)?;
+                    store.put_config(&config)?;
+                    Ok(m.executor.configure(limits, config)?)
+                })?;
             }
             Request::SetDrives { bus, ref axes } => self.set_drives(bus, axes, info)?,
             // The others, which do not come here.
@@ -202,11 +213,11 @@ impl<M, F: Flash> Reach<'_, M, F> {
         } else {
             config
         };
-        self.machine.with(|m| m.may_configure(&limits, &config))?;
-        self.store.put_limits(&limits)?;
-        self.machine
-            .with(|m| m.executor.configure(limits, config))?;
-        Ok(())
+        self.at_rest(Command::Configure, |m, store| {
+            m.may_configure(&limits, &config)?;
+            store.put_limits(&limits)?;
+            Ok(m.executor.configure(limits, config)?)
+        })
     }
 
     #[inline(never)]
@@ -225,9 +236,11 @@ impl<M, F: Flash> Reach<'_, M, F> {
         }
         let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
         Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
-        self.allow(Command::Configure)?;
         let others = self.store.drives().as_ref() != Some(&drives);
-        self.store.put_drives(&drives)?;
+        self.at_rest(
+            Command::Configure,
+            |_, store| Ok(store.put_drives(&drives)?),
+        )?;
         *self.wants_start |= others;
         Ok(())
     }

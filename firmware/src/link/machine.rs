@@ -10,9 +10,7 @@ use stillpoint_shared::protocol::{
 
 use super::Tap;
 use super::answers::gathered;
-use crate::{
-    Command, ConfigError, DriveGroup, Executor, FaultRecord, Refusal, TickInputs, TickReport,
-};
+use crate::{ConfigError, DriveGroup, Executor, FaultRecord, Refusal, TickInputs, TickReport};
 
 /// An executor with a tap for telemetry.
 ///
@@ -28,9 +26,9 @@ pub struct Machine<const AXES: usize> {
 /// A way to the machine that the drive loop uses, too.
 ///
 /// On a board the drive loop interrupts the link, and what is done in `with` is what it has to wait
-/// for; the link does as little there as it can. Only commands that are refused during a move take
-/// longer than a fraction of a tick, and those go through `at_rest`: the commit of an upload, storing
-/// and loading from the store.
+/// for; the link does as little there as it can. What takes longer than a fraction of a tick, or
+/// writes flash, goes through `at_rest`: the commit of an upload, the store, and the configuration.
+/// It is refused during a move.
 pub trait Access<const AXES: usize> {
     /// Does something with the machine, undisturbed.
     fn with<R>(&mut self, act: impl FnOnce(&mut Machine<AXES>) -> R) -> R;
@@ -83,9 +81,8 @@ impl<const AXES: usize> Machine<AXES> {
         Ok((limits.clone(), *self.executor.config()))
     }
 
-    /// Whether these can be configured now.
+    /// Whether these are a configuration.
     pub(super) fn may_configure(&self, limits: &Limits, config: &Config) -> Result<(), Refusal> {
-        self.executor.allows(Command::Configure)?;
         config.check()?;
         let axes = limits.axes().len();
         if axes != AXES {

@@ -80,6 +80,14 @@ pub enum MachineError {
         /// What it must satisfy.
         rule: &'static str,
     },
+    /// A parameter that the machine does not have.
+    #[error("the machine has no parameter `{key}`; it has {}", known.join(", "))]
+    UnknownParameter {
+        /// The key asked for.
+        key: String,
+        /// All keys.
+        known: Vec<&'static str>,
+    },
     /// The pose is out of reach.
     #[error(
         "chain {chain} cannot reach the pose: its base and platform joints are {distance_m:.6} m apart, \

@@ -12,12 +12,14 @@
 
 mod describe;
 mod equations;
+mod parameters;
 mod rigid_body;
 pub mod three_rrr;
 pub mod two_mass_axis;
 
 pub use describe::{Assumption, Coordinate, MachineError, Output, OutputForm, OutputKind};
 pub use equations::Equations;
+pub use parameters::{Change, Parameter};
 pub use rigid_body::{ForwardDynamics, Plant};
 pub use three_rrr::ThreeRrr;
 pub use two_mass_axis::TwoMassAxis;
@@ -32,6 +34,8 @@ pub trait Machine: Clone + Send + Sync + 'static {
     const AXES: usize;
     /// Whether [`Machine::joint_angles`] gives angles within one turn, which jump by 2π; otherwise they count turns.
     const ANGLES_WRAP: bool;
+    /// Key of the parameter that is the payload.
+    const PAYLOAD: &'static str;
 
     /// Left-hand side of the equations of motion and the joint Jacobian.
     ///
@@ -77,9 +81,35 @@ pub trait Machine: Clone + Send + Sync + 'static {
     #[must_use]
     fn with_elastic_damping(&self, ratio: f64) -> Self;
 
+    /// Every parameter that is a number.
+    fn parameters(&mut self) -> Vec<Parameter<'_>>;
+
+    /// Checks that the parameters describe a machine.
+    ///
+    /// # Errors
+    /// [`MachineError::Parameter`] with the key.
+    fn validate(&self) -> Result<(), MachineError>;
+
+    /// The same machine with one parameter changed, and by the same factor those that grow with it.
+    ///
+    /// # Errors
+    /// [`MachineError::UnknownParameter`]; [`MachineError::Parameter`] where no machine has the new value.
+    fn changed(&self, key: &str, change: Change) -> Result<Self, MachineError> {
+        let copy = parameters::changed(self, key, change).ok_or_else(|| {
+            MachineError::UnknownParameter {
+                key: key.to_owned(),
+                known: self.clone().parameters().iter().map(|p| p.key).collect(),
+            }
+        })?;
+        copy.validate().map(|()| copy)
+    }
+
     /// The same machine carrying a payload heavier or lighter by a factor.
     #[must_use]
-    fn with_payload_factor(&self, factor: f64) -> Self;
+    fn with_payload_factor(&self, factor: f64) -> Self {
+        parameters::changed(self, Self::PAYLOAD, Change::Factor(factor))
+            .unwrap_or_else(|| self.clone())
+    }
 
     /// Parameters that are assumed or calibrated, not measured; the report marks them.
     fn assumptions(&self) -> Vec<Assumption>;

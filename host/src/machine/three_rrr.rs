@@ -7,10 +7,10 @@
 //! over the passive link (rigid) to the platform joint B. The closure is solved in closed form: A lies on the
 //! circle of radius ρ = √(l² + w²) about O and on that of radius l about B.
 
-use super::Machine;
 use super::describe::{
     Assumption, Coordinate, MachineError, Output, OutputForm, OutputKind, not_negative, positive,
 };
+use super::{Machine, Parameter};
 use crate::autodiff::Scalar;
 use serde::Deserialize;
 
@@ -76,45 +76,29 @@ pub struct ThreeRrr {
     pub elbow: Elbow,
     /// Strain gauges: position along the driven link from 0 (root) to 1 (tip).
     pub gauge_position: f64,
-    /// Viscous damping of the curvatures, generalised force per curvature rate; the plan has none.
+    /// Viscous damping of the curvatures as ratio of critical, relative to the clamped link alone; no key of the move file.
     #[serde(skip)]
-    elastic_damping: f64,
+    elastic_damping_ratio: f64,
 }
 
 impl ThreeRrr {
-    /// Checks that the parameters describe a machine.
-    ///
-    /// # Errors
-    /// [`MachineError::Parameter`] with the key.
-    pub fn validate(&self) -> Result<(), MachineError> {
-        positive("base_side_m", self.base_side_m)?;
-        positive("link_length_m", self.link_length_m)?;
-        positive("platform_side_m", self.platform_side_m)?;
-        positive("link_thickness_m", self.link_thickness_m)?;
-        positive("link_height_m", self.link_height_m)?;
-        positive("youngs_modulus_pa", self.youngs_modulus_pa)?;
-        positive("density_kg_per_m3", self.density_kg_per_m3)?;
-        not_negative("passive_link_mass_kg", self.passive_link_mass_kg)?;
-        not_negative("elbow_joint_mass_kg", self.elbow_joint_mass_kg)?;
-        not_negative("platform_joint_mass_kg", self.platform_joint_mass_kg)?;
-        positive("platform_mass_kg", self.platform_mass_kg)?;
-        positive("platform_inertia_kg_m2", self.platform_inertia_kg_m2)?;
-        not_negative("motor_inertia_kg_m2", self.motor_inertia_kg_m2)?;
-        positive("reducer_ratio", self.reducer_ratio)?;
-        if !(0.0..1.0).contains(&self.gauge_position) {
-            return Err(MachineError::Parameter {
-                key: "gauge_position",
-                value: self.gauge_position,
-                rule: "must lie between 0 (root) and below 1 (tip, where there is no strain)",
-            });
-        }
-        Ok(())
-    }
-
     /// k_s = E I l / 3 of one driven link, generalised force per curvature.
     fn curvature_stiffness(&self) -> f64 {
         let second_moment = self.link_height_m * self.link_thickness_m.powi(3) / 12.0;
         self.youngs_modulus_pa * second_moment * self.link_length_m / 3.0
+    }
+
+    /// d = 2ζ√(k_s · modal mass) of one driven link, generalised force per curvature rate.
+    fn elastic_damping(&self) -> f64 {
+        if self.elastic_damping_ratio == 0.0 {
+            return 0.0;
+        }
+        let mu = self.density_kg_per_m3 * self.link_thickness_m * self.link_height_m;
+        let l = self.link_length_m;
+        let tip = l * l / 3.0;
+        let modal_mass = mu * 11.0 * l.powi(5) / 420.0
+            + (self.elbow_joint_mass_kg + self.passive_link_mass_kg / 3.0) * tip * tip;
+        2.0 * self.elastic_damping_ratio * (self.curvature_stiffness() * modal_mass).sqrt()
     }
 
     /// Strain at the gauge, (thickness/2)(1 − s/l) m.
@@ -174,6 +158,7 @@ impl Machine for ThreeRrr {
     const COORDINATES: usize = 6;
     const AXES: usize = CHAINS;
     const ANGLES_WRAP: bool = true;
+    const PAYLOAD: &'static str = "platform_mass_kg";
 
     fn dynamics<S: Scalar>(
         &self,
@@ -330,24 +315,62 @@ impl Machine for ThreeRrr {
     }
 
     fn with_elastic_damping(&self, ratio: f64) -> Self {
-        // Relative to the clamped link alone: d = 2 ζ √(k_s · modal mass).
-        let mu = self.density_kg_per_m3 * self.link_thickness_m * self.link_height_m;
-        let l = self.link_length_m;
-        let tip = l * l / 3.0;
-        let modal_mass = mu * 11.0 * l.powi(5) / 420.0
-            + (self.elbow_joint_mass_kg + self.passive_link_mass_kg / 3.0) * tip * tip;
         Self {
-            elastic_damping: 2.0 * ratio * (self.curvature_stiffness() * modal_mass).sqrt(),
+            elastic_damping_ratio: ratio,
             ..self.clone()
         }
     }
 
-    fn with_payload_factor(&self, factor: f64) -> Self {
-        Self {
-            platform_mass_kg: self.platform_mass_kg * factor,
-            platform_inertia_kg_m2: self.platform_inertia_kg_m2 * factor,
-            ..self.clone()
+    fn parameters(&mut self) -> Vec<Parameter<'_>> {
+        let alone = Parameter::alone;
+        vec![
+            alone("base_side_m", &mut self.base_side_m),
+            alone("link_length_m", &mut self.link_length_m),
+            alone("platform_side_m", &mut self.platform_side_m),
+            alone("link_thickness_m", &mut self.link_thickness_m),
+            alone("link_height_m", &mut self.link_height_m),
+            alone("youngs_modulus_pa", &mut self.youngs_modulus_pa),
+            alone("density_kg_per_m3", &mut self.density_kg_per_m3),
+            alone("passive_link_mass_kg", &mut self.passive_link_mass_kg),
+            alone("elbow_joint_mass_kg", &mut self.elbow_joint_mass_kg),
+            alone("platform_joint_mass_kg", &mut self.platform_joint_mass_kg),
+            Parameter {
+                key: "platform_mass_kg",
+                value: &mut self.platform_mass_kg,
+                with: &["platform_inertia_kg_m2"],
+            },
+            alone("platform_inertia_kg_m2", &mut self.platform_inertia_kg_m2),
+            alone("motor_inertia_kg_m2", &mut self.motor_inertia_kg_m2),
+            alone("reducer_ratio", &mut self.reducer_ratio),
+            alone("gauge_position", &mut self.gauge_position),
+            alone("elastic_damping_ratio", &mut self.elastic_damping_ratio),
+        ]
+    }
+
+    fn validate(&self) -> Result<(), MachineError> {
+        positive("base_side_m", self.base_side_m)?;
+        positive("link_length_m", self.link_length_m)?;
+        positive("platform_side_m", self.platform_side_m)?;
+        positive("link_thickness_m", self.link_thickness_m)?;
+        positive("link_height_m", self.link_height_m)?;
+        positive("youngs_modulus_pa", self.youngs_modulus_pa)?;
+        positive("density_kg_per_m3", self.density_kg_per_m3)?;
+        not_negative("passive_link_mass_kg", self.passive_link_mass_kg)?;
+        not_negative("elbow_joint_mass_kg", self.elbow_joint_mass_kg)?;
+        not_negative("platform_joint_mass_kg", self.platform_joint_mass_kg)?;
+        positive("platform_mass_kg", self.platform_mass_kg)?;
+        positive("platform_inertia_kg_m2", self.platform_inertia_kg_m2)?;
+        not_negative("motor_inertia_kg_m2", self.motor_inertia_kg_m2)?;
+        positive("reducer_ratio", self.reducer_ratio)?;
+        not_negative("elastic_damping_ratio", self.elastic_damping_ratio)?;
+        if !(0.0..1.0).contains(&self.gauge_position) {
+            return Err(MachineError::Parameter {
+                key: "gauge_position",
+                value: self.gauge_position,
+                rule: "must lie between 0 (root) and below 1 (tip, where there is no strain)",
+            });
         }
+        Ok(())
     }
 
     fn assumptions(&self) -> Vec<Assumption> {

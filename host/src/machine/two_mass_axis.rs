@@ -2,10 +2,10 @@
 //!
 //! Coordinates q = (motor angle, twist), both at the reducer output; the load stands at motor angle + twist.
 
-use super::Machine;
 use super::describe::{
     Assumption, Coordinate, MachineError, Output, OutputForm, OutputKind, not_negative, positive,
 };
+use super::{Machine, Parameter};
 use crate::autodiff::Scalar;
 use serde::Deserialize;
 
@@ -25,24 +25,11 @@ pub struct TwoMassAxis {
     pub reducer_ratio: f64,
 }
 
-impl TwoMassAxis {
-    /// Checks that the parameters describe a machine.
-    ///
-    /// # Errors
-    /// [`MachineError::Parameter`] with the key.
-    pub fn validate(&self) -> Result<(), MachineError> {
-        positive("motor_inertia_kg_m2", self.motor_inertia_kg_m2)?;
-        positive("load_inertia_kg_m2", self.load_inertia_kg_m2)?;
-        positive("stiffness_nm_per_rad", self.stiffness_nm_per_rad)?;
-        not_negative("damping_nm_s_per_rad", self.damping_nm_s_per_rad)?;
-        positive("reducer_ratio", self.reducer_ratio)
-    }
-}
-
 impl Machine for TwoMassAxis {
     const COORDINATES: usize = 2;
     const AXES: usize = 1;
     const ANGLES_WRAP: bool = false;
+    const PAYLOAD: &'static str = "load_inertia_kg_m2";
 
     fn dynamics<S: Scalar>(
         &self,
@@ -124,11 +111,22 @@ impl Machine for TwoMassAxis {
         }
     }
 
-    fn with_payload_factor(&self, factor: f64) -> Self {
-        Self {
-            load_inertia_kg_m2: self.load_inertia_kg_m2 * factor,
-            ..self.clone()
-        }
+    fn parameters(&mut self) -> Vec<Parameter<'_>> {
+        vec![
+            Parameter::alone("motor_inertia_kg_m2", &mut self.motor_inertia_kg_m2),
+            Parameter::alone("load_inertia_kg_m2", &mut self.load_inertia_kg_m2),
+            Parameter::alone("stiffness_nm_per_rad", &mut self.stiffness_nm_per_rad),
+            Parameter::alone("damping_nm_s_per_rad", &mut self.damping_nm_s_per_rad),
+            Parameter::alone("reducer_ratio", &mut self.reducer_ratio),
+        ]
+    }
+
+    fn validate(&self) -> Result<(), MachineError> {
+        positive("motor_inertia_kg_m2", self.motor_inertia_kg_m2)?;
+        positive("load_inertia_kg_m2", self.load_inertia_kg_m2)?;
+        positive("stiffness_nm_per_rad", self.stiffness_nm_per_rad)?;
+        not_negative("damping_nm_s_per_rad", self.damping_nm_s_per_rad)?;
+        positive("reducer_ratio", self.reducer_ratio)
     }
 
     fn assumptions(&self) -> Vec<Assumption> {

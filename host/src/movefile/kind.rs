@@ -4,7 +4,7 @@ use super::error::{Fault, Problem};
 use super::nearest::nearest;
 use super::section::Section;
 use crate::machine::{
-    Assumption, Machine, MachineError, Output, OutputKind, Plant, ThreeRrr, TwoMassAxis,
+    Assumption, Change, Machine, MachineError, Output, OutputKind, Plant, ThreeRrr, TwoMassAxis,
 };
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -73,6 +73,30 @@ impl MachineKind {
     #[must_use]
     pub fn assumptions(&self) -> Vec<Assumption> {
         any!(self, machine => machine.assumptions())
+    }
+
+    /// Keys of the parameters that [`MachineKind::changed`] can change.
+    #[must_use]
+    pub fn parameter_keys(&self) -> Vec<&'static str> {
+        any!(self, machine => machine.clone().parameters().iter().map(|p| p.key).collect())
+    }
+
+    /// Value of a parameter, in the unit of its key.
+    #[must_use]
+    pub fn parameter(&self, key: &str) -> Option<f64> {
+        any!(self, machine => {
+            let mut copy = machine.clone();
+            let found = copy.parameters().into_iter().find(|p| p.key == key);
+            found.map(|p| *p.value)
+        })
+    }
+
+    /// See [`Machine::changed`].
+    ///
+    /// # Errors
+    /// [`MachineError::UnknownParameter`]; [`MachineError::Parameter`] where no machine has the new value.
+    pub fn changed(&self, key: &str, change: Change) -> Result<Self, MachineError> {
+        Ok(map!(self, machine => machine.changed(key, change)?))
     }
 
     /// See [`Machine::with_payload_factor`].

@@ -177,7 +177,7 @@ impl<S: Scalar> Chain<S> {
         let curvature = motion.angle_acceleration * mixed + motion.curvature_acceleration * bending
             - m * (rate * rate) * bending
             + m * machine.curvature_stiffness()
-            + motion.curvature_rate * machine.elastic_damping
+            + motion.curvature_rate * machine.elastic_damping()
             + dot(elbow, self.normal) * self.deflection_per_curvature;
         Load {
             platform_joint: std::array::from_fn(|k| joint[k] + self.angle_by_joint[k] * angle),

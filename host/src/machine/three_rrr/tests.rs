@@ -33,7 +33,7 @@ fn machine(p: &Value) -> ThreeRrr {
             Elbow::Minus
         },
         gauge_position: 0.5,
-        elastic_damping: 0.0,
+        elastic_damping_ratio: 0.0,
     }
 }
 
