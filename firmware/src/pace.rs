@@ -33,6 +33,7 @@ use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
 use stillpoint_shared::{AxisLimits, Limits, Trajectory, lgr};
 
 use crate::nodes::{Nodes, channel, value};
+use crate::root::square_root;
 
 /// Bounds on the change of path speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,7 +120,7 @@ impl<const AXES: usize> Pace<AXES> {
 /// T in s, for |B| up to `momentum` and |A| up to `largest_nm`.
 fn approach(limits: &AxisLimits, momentum: f64, largest_nm: f64) -> f64 {
     let rate = f64::from(limits.torque_rate_nm_per_s);
-    let by_jerk = libm::sqrt(momentum / rate);
+    let by_jerk = f64::from(square_root((momentum / rate) as f32));
     let by_rate = 1.5 * largest_nm / rate;
     let by_torque = momentum / f64::from(limits.torque_nm);
     1.1 * larger(by_jerk, larger(by_rate, by_torque))

@@ -492,3 +492,38 @@ fn ctrl_c_ends_a_solve_and_says_how_far_it_came() {
     );
     assert!(!folder.join("move.spt").exists());
 }
+
+#[test]
+fn bench_solves_a_problem_and_knows_the_others() {
+    let folder = folder("bench");
+    let output = stillpoint(&folder, &["bench", "brachistochrone", "--json"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let result = object(&output);
+    assert_eq!(result["status"], "solved");
+    let row = &result["benchmarks"][0];
+    assert_eq!(row["name"], "brachistochrone");
+    assert!(row["error"].as_f64().is_some_and(|error| error < 1e-9));
+    assert_eq!(row["meshes"][0]["points"], 40);
+
+    let output = stillpoint(&folder, &["bench", "triple-integrator", "--mesh", "8x3"]);
+    let table = text(&output.stdout);
+    let points = table
+        .lines()
+        .nth(1)
+        .and_then(|line| line.split_whitespace().nth(5));
+    assert_eq!(points, Some("24"), "{table}");
+
+    for (arguments, word) in [
+        (["bench", "robot-leg"].as_slice(), "robot-arm"),
+        (&["bench", "--mesh", "50"], "50x4"),
+        (&["bench", "--tolerance", "0"], "1e-9"),
+    ] {
+        let output = stillpoint(&folder, arguments);
+        assert!(!output.status.success());
+        assert!(
+            text(&output.stderr).contains(word),
+            "{}",
+            text(&output.stderr)
+        );
+    }
+}

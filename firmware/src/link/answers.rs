@@ -60,25 +60,12 @@ impl<M, F: Flash> Reach<'_, M, F> {
         M: Access<AXES>,
     {
         Ok(match *request {
-            Request::Status => Response::Status(self.machine.with(|m| m.status(counters))),
             Request::KeepAlive => Response::Done,
-            Request::UploadBlock(block) => {
-                let arrived = self.machine.with(|m| {
-                    m.executor
-                        .load_block(block.tag, block.block, block.values)
-                        .map(|()| m.arrived())
-                });
-                Response::Upload(arrived?)
-            }
-            Request::UploadProgress => Response::Upload(self.machine.with(|m| m.arrived())),
             Request::List => Response::Stored(gathered(self.store.moves())),
-            Request::GetLimits => Response::Limits(self.machine.with(|m| m.configuration())?.0),
-            Request::GetConfig => Response::Config(self.machine.with(|m| m.configuration())?.1),
             Request::GetDrives => Response::Drives(self.store.drives()),
-            Request::GetFault => Response::Fault(self.machine.with(|m| m.fault_head())),
             Request::GetFaultSamples { first } => self.fault_samples(first)?,
-            // The orders, which do not come here.
-            _ => return Err(Denial::NotUnderstood { bytes: 0 }),
+            // With one lock for all: every one more is code again.
+            _ => return self.machine.with(|m| m.answer(request, counters)),
         })
     }
 
@@ -139,17 +126,6 @@ impl<M, F: Flash> Reach<'_, M, F> {
                     Ok(m.executor.commit_load(content_hash, &measured_rad)?)
                 })?;
             }
-            Request::UploadAbort => self.machine.with(|m| m.executor.abort_load()),
-            Request::Arm => self.machine.with(|m| m.executor.arm())?,
-            Request::Disarm => self.machine.with(|m| m.executor.disarm())?,
-            Request::Start(ref start) => self.machine.with(|m| m.executor.start(start))?,
-            Request::Hold => self.machine.with(|m| m.executor.hold())?,
-            Request::Resume => self.machine.with(|m| m.executor.resume())?,
-            Request::Override { percent } => {
-                self.machine.with(|m| m.executor.set_override(percent))?;
-            }
-            Request::QuickStop => self.machine.with(|m| m.executor.quick_stop()),
-            Request::Clear => self.machine.with(|m| m.executor.clear())?,
             Request::Store => {
                 self.at_rest(Command::Store, |m, store| {
                     Ok(store.put(m.executor.trajectory())?)
@@ -171,7 +147,6 @@ impl<M, F: Flash> Reach<'_, M, F> {
                     Ok(erased?)
                 })?;
             }
-            Request::SetTelemetry(config) => self.machine.with(|m| m.tap.set(config)),
             Request::SetLimits(ref axes) => self.set_limits(axes, info)?,
             Request::SetConfig(config) => {
                 let (given_ticks, board_ticks) = (config.period_ticks, info.period_ticks);
@@ -190,8 +165,8 @@ impl<M, F: Flash> Reach<'_, M, F> {
                 })?;
             }
             Request::SetDrives { bus, ref axes } => self.set_drives(bus, axes, info)?,
-            // The others, which do not come here.
-            _ => return Err(Denial::NotUnderstood { bytes: 0 }),
+            // With one lock for all: every one more is code again.
+            _ => self.machine.with(|m| m.command(request))?,
         }
         Ok(Outcome::Done)
     }
@@ -257,15 +232,9 @@ pub(super) fn gathered<T, const N: usize>(items: impl Iterator<Item = T>) -> Vec
     gathered
 }
 
-/// As much of a name as fits.
+/// A name; none if it is too long, which no board's is.
 fn name(text: &str) -> String<16> {
-    let mut name = String::new();
-    for character in text.chars() {
-        if name.push(character).is_err() {
-            break;
-        }
-    }
-    name
+    String::try_from(text).unwrap_or_default()
 }
 
 impl BoardInfo {

@@ -5,7 +5,8 @@ use stillpoint_shared::Limits;
 use stillpoint_shared::assembly::Arrived;
 use stillpoint_shared::config::Config;
 use stillpoint_shared::protocol::{
-    AxisStatus, FaultAxis, FaultHead, FaultSample, LinkCounters, MAX_FAULT_SAMPLES, Status,
+    AxisStatus, Denial, FaultAxis, FaultHead, FaultSample, LinkCounters, MAX_FAULT_SAMPLES,
+    Request, Response, Status,
 };
 
 use super::Tap;
@@ -93,6 +94,48 @@ impl<const AXES: usize> Machine<AXES> {
             .into());
         }
         Ok(())
+    }
+
+    /// Obeys an order that neither takes long nor needs anything else.
+    pub(super) fn command(&mut self, request: &Request<'_>) -> Result<(), Denial> {
+        let executor = &mut self.executor;
+        match *request {
+            Request::UploadAbort => executor.abort_load(),
+            Request::Arm => executor.arm()?,
+            Request::Disarm => executor.disarm()?,
+            Request::Start(ref start) => executor.start(start)?,
+            Request::Hold => executor.hold()?,
+            Request::Resume => executor.resume()?,
+            Request::Override { percent } => executor.set_override(percent)?,
+            Request::QuickStop => executor.quick_stop(),
+            Request::Clear => executor.clear()?,
+            Request::SetTelemetry(config) => self.tap.set(config),
+            // The others, which do not come here.
+            _ => return Err(Denial::NotUnderstood { bytes: 0 }),
+        }
+        Ok(())
+    }
+
+    /// Answers a request about the machine, or takes a block of an upload.
+    pub(super) fn answer(
+        &mut self,
+        request: &Request<'_>,
+        counters: LinkCounters,
+    ) -> Result<Response, Denial> {
+        Ok(match *request {
+            Request::Status => Response::Status(self.status(counters)),
+            Request::UploadBlock(block) => {
+                self.executor
+                    .load_block(block.tag, block.block, block.values)?;
+                Response::Upload(self.arrived())
+            }
+            Request::UploadProgress => Response::Upload(self.arrived()),
+            Request::GetLimits => Response::Limits(self.configuration()?.0),
+            Request::GetConfig => Response::Config(self.configuration()?.1),
+            Request::GetFault => Response::Fault(self.fault_head()),
+            // The others, which do not come here.
+            _ => return Err(Denial::NotUnderstood { bytes: 0 }),
+        })
     }
 
     /// Content hash of what is loaded.

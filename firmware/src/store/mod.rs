@@ -16,7 +16,7 @@ use stillpoint_shared::trajectory::{FORMAT_VERSION, Header};
 use stillpoint_shared::{DriveConfig, Limits, Trajectory, drive_config, encode};
 
 use flash::Flash;
-use log::{Entry, Log, Sink, Source};
+use log::{Data, Entry, Log};
 use record::Key;
 
 /// Kind of a trajectory's record; its key is the planner's name for the move.
@@ -50,12 +50,6 @@ pub struct Store<F> {
     flash: F,
     moves: Log,
     config: Log,
-}
-
-impl Source for Trajectory {
-    fn write(&self, sink: &mut Sink<'_>) -> bool {
-        self.encode_into(sink)
-    }
 }
 
 impl<F: Flash> Store<F> {
@@ -127,7 +121,7 @@ impl<F: Flash> Store<F> {
             key: trajectory.header().id,
         };
         self.moves
-            .put(&mut self.flash, key, FORMAT_VERSION, trajectory)
+            .put(&mut self.flash, key, FORMAT_VERSION, Data::Move(trajectory))
     }
 
     /// Forgets the stored trajectory with this content hash.
@@ -199,6 +193,6 @@ impl<F: Flash> Store<F> {
         })?;
         let key = Key { kind, key: 0 };
         self.config
-            .put(&mut self.flash, key, CONFIG_FORMAT, &*bytes)
+            .put(&mut self.flash, key, CONFIG_FORMAT, Data::Bytes(bytes))
     }
 }

@@ -1,5 +1,6 @@
 //! `stillpoint plan MOVE.toml`
 
+use super::bench::meshes;
 use super::{Failure, encode_plan, output, terminal, verify, write_file};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{NlpSolver, Pounce};
@@ -132,6 +133,14 @@ fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
             .tightest()
             .map(|proof| proof.relative())
     );
+    object["refinement"] = json!(plan.refinement.as_ref().map(|refinement| {
+        json!({
+            "tolerance": refinement.tolerance,
+            "met": refinement.shortfall.is_none(),
+            "meshes": meshes(&refinement.meshes),
+            "words": refinement.in_words(),
+        })
+    }));
     object["finer_mesh"] = json!(plan.finer.map(|finer| {
         json!({"points": finer.points, "duration_s": finer.duration_s, "own_duration_s": finer.own_s, "relative_change": plan.change_to_finer()})
     }));
@@ -220,6 +229,9 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
             worst.relative(),
             worst.name
         );
+    }
+    if let Some(refinement) = &plan.refinement {
+        text += &format!("  {}\n", refinement.in_words());
     }
     for line in [
         plan.section.certificate.verdict(),

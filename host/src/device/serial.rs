@@ -78,7 +78,10 @@ fn port(path: &str, baud: u32) -> Result<Box<dyn SerialPort>, TransportError> {
             },
             _ => TransportError::Failed {
                 port,
-                error: error.into(),
+                error: std::io::Error::other(format!(
+                    "is it a serial port? ({})",
+                    error.description
+                )),
             },
         })
 }

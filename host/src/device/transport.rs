@@ -53,7 +53,9 @@ impl<T: Transport + ?Sized> Transport for Box<T> {
 #[non_exhaustive]
 pub enum TransportError {
     /// There is no such port.
-    #[error("there is no port {port}: plug the board in, or list the ports there are")]
+    #[error(
+        "there is no port {port}: plug the board in; `stillpoint device ports` lists the ports there are"
+    )]
     Absent {
         /// The port.
         port: String,

@@ -53,6 +53,20 @@ fn reads_the_papers_move() {
 }
 
 #[test]
+fn reads_whether_to_refine() {
+    for (keys, refine) in [
+        ("", None),
+        ("refine = false", None),
+        ("refine = true", Some(1e-4)),
+        ("refine = true\ntolerance = 1e-5", Some(1e-5)),
+    ] {
+        let text = AXIS.replace("points = 8", &format!("points = 8\n{keys}"));
+        let file = MoveFile::parse(&text, "axis.toml").expect("axis");
+        assert_eq!(file.mesh.refine, refine, "{keys}");
+    }
+}
+
+#[test]
 fn reads_the_axis() {
     let file = MoveFile::parse(AXIS, "axis.toml").expect("axis");
     let MachineKind::TwoMassAxis(axis) = &file.machine else {
@@ -176,6 +190,24 @@ fn names_what_is_missing() {
         &["[move] lacks the key `to`"],
     );
     refused(AXIS, "points = 8", "", &["[mesh] lacks the key `points`"]);
+    let refined = |keys: &str| format!("points = 8\n{keys}");
+    for (keys, words) in [
+        ("tolerance = 1e-4", "needs refine = true beside it"),
+        (
+            "refine = false\ntolerance = 1e-4",
+            "needs refine = true beside it",
+        ),
+        (
+            "refine = true\ntolerance = 1e-9",
+            "must lie between 1e-8 and 0.1",
+        ),
+        (
+            "refine = true\ntolerance = nan",
+            "must lie between 1e-8 and 0.1",
+        ),
+    ] {
+        refused(AXIS, "points = 8", &refined(keys), &["tolerance", words]);
+    }
     let empty = MoveFile::parse("", "m.toml")
         .expect_err("empty")
         .to_string();

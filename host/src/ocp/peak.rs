@@ -59,6 +59,11 @@ impl<'a> Courses<'a> {
         }
     }
 
+    /// Collocation points of an interval.
+    pub(crate) fn points(&self, interval: usize) -> usize {
+        self.solution.rules[interval].points()
+    }
+
     /// States, controls and the two courses of the path function at a place.
     fn at(&self, place: Place) -> At {
         let sizes = self.problem.sizes;

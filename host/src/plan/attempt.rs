@@ -67,8 +67,8 @@ pub(super) struct Solved {
 
 /// What attempts have in common.
 pub(super) struct Attempt<'a> {
-    file: &'a MoveFile,
-    problem: Arc<OptimalControlProblem>,
+    pub(super) file: &'a MoveFile,
+    pub(super) problem: Arc<OptimalControlProblem>,
     margin: f64,
     solver: &'a dyn NlpSolver,
     progress: &'a Rc<RefCell<Progress>>,
@@ -99,16 +99,16 @@ impl<'a> Attempt<'a> {
         self.file.solver.limits == LimitsAt::Everywhere
     }
 
-    /// Solves from a first guess, in at most so many iterations in the first round, and adds what it cost to `effort`.
+    /// Solves on a mesh from a first guess, in at most so many iterations in the first round, and adds what it cost to `effort`.
     pub(super) fn solve(
         &self,
+        mesh: Mesh,
         guess: &Guess,
         max_iterations: usize,
         effort: &mut Effort,
         beside: &mut Beside<'_, '_>,
     ) -> Result<Solved, Box<Diagnosis>> {
         let started = Instant::now();
-        let mesh = Mesh::uniform(self.file.mesh.intervals, self.file.mesh.points);
         let samples = if self.everywhere() {
             self.grid(&mesh)
         } else {
@@ -311,7 +311,7 @@ impl<'a> Attempt<'a> {
     /// Brings the samples up to date with a solution and adds its peaks.
     fn renew(&self, samples: &mut Vec<Sample>, courses: &Courses<'_>, peaks: &[Peak]) {
         for peak in peaks {
-            let distance = 2.0 / self.file.mesh.points as f64;
+            let distance = 2.0 / courses.points(peak.interval) as f64;
             let nearest = (samples.iter_mut())
                 .filter(|s| s.interval == peak.interval && s.limited == peak.limited)
                 .map(|s| ((s.local - peak.local).abs() / distance, s))

@@ -8,6 +8,7 @@ mod finer;
 mod guess;
 mod played;
 mod problem;
+mod refinement;
 mod trajectory;
 
 pub use check::{EndMiss, StateMiss, end_miss};
@@ -16,12 +17,13 @@ pub use finer::Finer;
 pub use guess::{quintic_guess, rigid_duration_s};
 pub use played::{Played, PlayedError};
 pub use problem::move_problem;
+pub use refinement::{Refinement, Shortfall};
 pub use trajectory::{ConversionError, trajectory};
 
 use crate::certify::{Certificate, CertifyError, Coordinates, certify};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{Iteration, NlpSolver, Status};
-use crate::ocp::{Hamiltonian, Solution};
+use crate::ocp::{Hamiltonian, Mesh, Solution};
 use crate::simulate::ode::OdeError;
 use crate::sptfile::Section;
 use attempt::{Attempt, Solved};
@@ -67,6 +69,8 @@ pub struct Plan {
     pub effort: Effort,
     /// Where the machine ends when the dynamics are integrated under the planned control.
     pub end_miss: EndMiss,
+    /// What refinement of the mesh did, if it was asked for.
+    pub refinement: Option<Refinement>,
     /// The duration on a finer mesh, if the solver ended there.
     pub finer: Option<Finer>,
     /// The Hamiltonian, from the multipliers.
@@ -225,12 +229,14 @@ pub fn plan(
     std::thread::scope(|scope| {
         let mut beside = Beside::new(scope, solver);
         let mut plan = plan_on_mesh(file, solver, &progress, &mut beside, effort);
-        if let Err(PlanError::NotCertified { effort, .. }) = &mut plan {
-            effort.restarts += 1;
+        if let Err(PlanError::NotCertified { effort, .. }) = &plan {
             let mut finer = file.clone();
             finer.mesh.intervals *= MORE_INTERVALS;
-            let spent = Effort::clone(effort);
-            plan = plan_on_mesh(&finer, solver, &progress, &mut beside, spent);
+            if refinement::fits(&finer) {
+                let mut spent = Effort::clone(effort);
+                spent.restarts += 1;
+                plan = plan_on_mesh(&finer, solver, &progress, &mut beside, spent);
+            }
         }
         beside.stop();
         plan
@@ -250,6 +256,9 @@ fn plan_on_mesh(
     effort.intervals = file.mesh.intervals;
     effort.setup += started.elapsed();
     let mut solved = from_first_guesses(file, &attempt, &mut effort, beside)?;
+    let refinement = (file.mesh.refine)
+        .map(|tolerance| refinement::refine(&attempt, &mut solved, tolerance, &mut effort, beside))
+        .transpose()?;
     let mut shipped = Shipped::of(file, &solved.solution)?;
     for margin in &MARGINS[1..] {
         if shipped.is_as_wanted(file) {
@@ -265,7 +274,8 @@ fn plan_on_mesh(
         };
         shipped = Shipped::of(file, &solved.solution)?;
     }
-    checked(file, beside, solved, shipped, effort)
+    let plan = checked(file, beside, solved, shipped, effort)?;
+    Ok(Plan { refinement, ..plan })
 }
 
 /// Solves from one first guess after the other.
@@ -286,7 +296,8 @@ fn from_first_guesses(
             left.min(ITERATIONS_PER_GUESS)
         };
         let guess = quintic_guess(file, estimate_s * slowness);
-        match attempt.solve(&guess, iterations, effort, beside) {
+        let mesh = Mesh::uniform(file.mesh.intervals, file.mesh.points);
+        match attempt.solve(mesh, &guess, iterations, effort, beside) {
             Ok(solved) => return Ok(solved),
             Err(diagnosis) => {
                 let stopped = diagnosis.status == Status::Stopped;
@@ -387,6 +398,7 @@ fn checked(
         },
         effort,
         end_miss,
+        refinement: None,
         finer,
         played,
     })

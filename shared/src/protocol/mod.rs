@@ -86,7 +86,7 @@ mod telemetry;
 
 use core::ops::RangeInclusive;
 
-use crc::{CRC_32_ISO_HDLC, Crc};
+use crate::crc::Crc32;
 
 pub use denial::Denial;
 pub use fault::{FaultAxis, FaultHead, FaultSample, MAX_FAULT_SAMPLES};
@@ -105,4 +105,4 @@ pub const PROTOCOL: RangeInclusive<u16> = 1..=1;
 pub const SCHEMA: &str = include_str!("schema.txt");
 
 /// CRC-32 of [`SCHEMA`]: it changes when any message type does.
-pub const SCHEMA_HASH: u32 = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(SCHEMA.as_bytes());
+pub const SCHEMA_HASH: u32 = Crc32::of(SCHEMA.as_bytes());

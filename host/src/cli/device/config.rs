@@ -25,7 +25,8 @@ pub(super) struct Arguments {
     /// Send settings of the executor: tolerances, monitors, ramps; names as shown, those left out stay
     #[arg(long, value_name = "SETTINGS.toml")]
     settings: Option<PathBuf>,
-    /// Send the drives' configuration, in the form in which it is shown; a controller with other drives than before starts anew
+    /// Send the drives' configuration, as it is shown (an example: docs/board.md); a controller with other drives than before starts
+    /// anew
     #[arg(long, value_name = "DRIVES.toml")]
     drives: Option<PathBuf>,
 }
@@ -172,7 +173,9 @@ fn show(line: &line::Arguments, board: &mut Board) -> Result<(), Failure> {
     };
     text += &match drives {
         Some(drives) => format!("\n# drives\n{}", toml::to_string(&drives)?),
-        None => "\n# no configuration of drives\n".to_owned(),
+        None => "\n# no configuration of drives: simulated ones need none; for those on CAN, send with --drives one like\n\
+                 # that in docs/board.md#drive-configuration\n"
+            .to_owned(),
     };
     output::text(&text)
 }

@@ -74,11 +74,15 @@ fn follow(image: PathBuf) -> Result<(), Failure> {
 }
 
 fn show(image: &LogImage, pieces: impl Iterator<Item = Vec<u8>>) -> Result<(), Failure> {
-    let mut result = Ok(());
+    let (mut result, mut lines) = (Ok(()), 0);
     image.decode(pieces, |text| {
+        lines += 1;
         if result.is_ok() {
             result = output::line(text);
         }
     });
+    if lines == 0 {
+        terminal::step("there is no message in the log");
+    }
     result
 }

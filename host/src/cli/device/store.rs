@@ -108,6 +108,10 @@ fn find(board: &Board, digits: &str) -> Result<u64, Failure> {
         .collect();
     match fits[..] {
         [hash] => Ok(hash),
+        [] => Err(format!(
+            "no stored trajectory begins with {digits}: `stillpoint device list` shows those there are"
+        )
+        .into()),
         _ => Err(format!(
             "{} of the {} stored trajectories begin with {digits}: `stillpoint device list` shows them",
             fits.len(),
