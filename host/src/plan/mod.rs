@@ -83,7 +83,9 @@ impl Plan {
     /// What a user has to know before trusting the plan.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
-        self.missing_the_end().or_else(|| self.limiter_may_act())
+        let doubts = [self.missing_the_end(), self.limiter_may_act()];
+        let doubts: Vec<String> = doubts.into_iter().flatten().collect();
+        (!doubts.is_empty()).then(|| doubts.join("; "))
     }
 
     fn missing_the_end(&self) -> Option<String> {
