@@ -70,7 +70,7 @@ fn short(address: u32, word: u16) -> Effect {
         // ldr register, [pc, #]
         0x4800..=0x4fff => Effect::Load {
             register: word >> 8 & 7,
-            from: (address + 4 & !3) + 4 * low_byte,
+            from: ((address + 4) & !3) + 4 * low_byte,
         },
         // bx lr returns, bx register jumps; so does mov pc, register.
         0x4770 => Effect::None,
@@ -110,7 +110,7 @@ fn long(address: u32, first: u16, second: u16) -> Effect {
         // ldr.w register, [pc, #]
         0xf8df => Effect::Load {
             register: second >> 12,
-            from: (address + 4 & !3) + (low & 0xfff),
+            from: ((address + 4) & !3) + (low & 0xfff),
         },
         // movw and movt register, #
         _ if first & 0xfbf0 == 0xf240 && second >> 15 == 0 => Effect::LowerHalf {
