@@ -4,7 +4,7 @@
 /// Square root of a number that is not negative, to two rounding errors; 0 for anything else and
 /// for what is not a normal number.
 pub(crate) fn square_root(value: f32) -> f32 {
-    if !(value >= f32::MIN_POSITIVE && value <= f32::MAX) {
+    if !(f32::MIN_POSITIVE..=f32::MAX).contains(&value) {
         return 0.0;
     }
     // Half the exponent: at most 4 % wrong. Every step squares the error and halves it.

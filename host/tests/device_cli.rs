@@ -227,7 +227,7 @@ fn drives_are_sent_as_in_the_docs_and_shown_in_the_same_form() {
 
     std::fs::write(&drives, example.replace("node = 3", "node = 2")).expect("written");
     let words = refusal(&["config", "--drives", &path, "--port", "sim:"]);
-    assert!(words.contains("node 2"), "{words}");
+    assert!(words.contains("node id 2"), "{words}");
 
     // A new board has none, and says where to find one.
     let output = device(&["config", "--port", "sim:"]);

@@ -63,24 +63,9 @@ impl<M, F: Flash> Reach<'_, M, F> {
             Request::KeepAlive => Response::Done,
             Request::List => Response::Stored(gathered(self.store.moves())),
             Request::GetDrives => Response::Drives(self.store.drives()),
-            Request::GetFaultSamples { first } => self.fault_samples(first)?,
             // With one lock for all: every one more is code again.
             _ => return self.machine.with(|m| m.answer(request, counters)),
         })
-    }
-
-    #[inline(never)]
-    fn fault_samples<const AXES: usize>(&mut self, first: u16) -> Result<Response, Denial>
-    where
-        M: Access<AXES>,
-    {
-        let samples = self.machine.with(|m| m.fault_samples(first));
-        if samples.is_empty() {
-            let head = self.machine.with(|m| m.fault_head());
-            let samples = head.map_or(0, |head| head.samples);
-            return Err(Denial::FaultSample { first, samples });
-        }
-        Ok(Response::FaultSamples(samples))
     }
 
     /// Does something that takes many ticks or writes flash, if the executor's state allows it. The

@@ -50,6 +50,9 @@ pub enum DeviceError {
         /// Time waited.
         waited: Duration,
     },
+    /// The program was told to end while it waited.
+    #[error("interrupted")]
+    Interrupted,
     /// The session ended while an order was under way.
     #[error(
         "the board was restarted or somebody else has connected to it ({denial}); whether it obeyed is not known: look at its status"

@@ -76,12 +76,10 @@ fn port(path: &str, baud: u32) -> Result<Box<dyn SerialPort>, TransportError> {
                 port,
                 reason: error.description,
             },
-            _ => TransportError::Failed {
+            _ => TransportError::NotSerial {
                 port,
-                error: std::io::Error::other(format!(
-                    "is it a serial port? ({})",
-                    error.description
-                )),
+                baud,
+                reason: error.description,
             },
         })
 }

@@ -70,6 +70,19 @@ pub enum TransportError {
         /// What the system says.
         reason: String,
     },
+    /// There is something of that name, but it does not work as a serial port.
+    #[error(
+        "{port} is no serial port, or none that can do {baud} bit/s: name one of those that `stillpoint device ports` \
+         lists, or another rate as in {port}@115200 ({reason})"
+    )]
+    NotSerial {
+        /// The name.
+        port: String,
+        /// The rate in bit/s.
+        baud: u32,
+        /// What the system says.
+        reason: String,
+    },
     /// Nobody listens at the address.
     #[error(
         "nobody answers at {address} ({reason}): start the board or its emulation, and check host and port"

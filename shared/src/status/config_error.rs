@@ -81,7 +81,8 @@ impl fmt::Display for ConfigError {
             Self::Axes { limits, executor } => {
                 write!(
                     f,
-                    "the limits are of {limits} axes, the executor of {executor}: give one set per axis"
+                    "the limits are of {limits} axes, the board runs exactly {executor}: \
+                     use a move file of {executor} axes, or a board built for {limits}"
                 )
             }
             Self::Value { field, value, most } => write!(

@@ -2,12 +2,18 @@
 
 use serde_json::{Value, json};
 use stillpoint_shared::protocol::{AxisStatus, Status};
-use stillpoint_shared::status::LimitFlags;
+use stillpoint_shared::status::{LimitFlags, State};
 use stillpoint_shared::{ordinal, time};
 
 /// A hash as everywhere: 16 hexadecimal digits.
 pub(super) fn hash(hash: u64) -> String {
     format!("{hash:016x}")
+}
+
+/// Whether the drives are on in a state, in words; not for a dry run.
+pub(super) fn drives(state: State) -> String {
+    let switch = if state.is_energised() { "on" } else { "off" };
+    format!("the drives are {switch} (state {state:?})")
 }
 
 /// Names of limits in force.
