@@ -295,6 +295,8 @@ impl Answering<'_> {
                 count(&mut self.counters.repeated);
                 Ok(Some(outcome))
             }
+            // It would put the start off, or be forgotten with it.
+            Turn::Obey if *reach.wants_start => Err(Denial::Starting),
             Turn::Obey => {
                 let outcome = reach
                     .obey(request, self.info)

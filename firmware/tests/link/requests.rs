@@ -544,7 +544,10 @@ fn other_drives_ask_for_a_start_of_the_board_once_the_answer_is_sent() {
     assert!(!rig.link.wants_start(), "the answer is still to be sent");
     assert_eq!(rig.messages().len(), 1);
     assert!(rig.link.wants_start());
-    assert_eq!(set(&mut rig, [1, 3]), (Response::Done, true), "still");
+    let starting = (Response::Denied(Denial::Starting), true);
+    assert_eq!(set(&mut rig, [1, 3]), starting, "too late");
+    assert_eq!(rig.ask(&Request::Arm), starting.0);
+    assert!(matches!(rig.ask(&Request::Status), Response::Status(_)));
 }
 
 #[test]

@@ -221,6 +221,9 @@ mod app {
         loop {
             let more = cx.local.server.serve(&mut machine);
             cx.local.diary.look(&mut machine);
+            if cx.local.server.link.wants_start() {
+                SCB::sys_reset();
+            }
             if !more {
                 cortex_m::asm::wfi();
             }
