@@ -28,6 +28,7 @@
 //! each axis inside its limits tick by tick, with a and ȧ bounded by τ_max/B and u/B.
 
 use stillpoint_shared::basis::MAX_SUPPORT;
+use stillpoint_shared::config::QUICK_STOP_RAMP_S;
 use stillpoint_shared::status::Quantity;
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
 use stillpoint_shared::{AxisLimits, Limits, Trajectory, lgr};
@@ -46,6 +47,15 @@ pub struct RampLimits {
     pub approach_per_s: f32,
 }
 
+impl RampLimits {
+    /// No move.
+    const NONE: Self = Self {
+        acceleration_per_s: 0.0,
+        jerk_per_s2: 0.0,
+        approach_per_s: 0.0,
+    };
+}
+
 /// What one axis' torque is made of, beside the plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisPace {
@@ -62,6 +72,9 @@ pub struct AxisPace {
 pub struct Pace<const AXES: usize> {
     /// Bounds on the path speed's change.
     pub limits: RampLimits,
+    /// The same for a quick stop, which no setting makes slower than
+    /// [`QUICK_STOP_RAMP_S`].
+    pub stop: RampLimits,
     /// Torques, axis by axis.
     pub axes: [AxisPace; AXES],
 }
@@ -69,11 +82,8 @@ pub struct Pace<const AXES: usize> {
 impl<const AXES: usize> Pace<AXES> {
     /// No move.
     pub(crate) const NONE: Self = Self {
-        limits: RampLimits {
-            acceleration_per_s: 0.0,
-            jerk_per_s2: 0.0,
-            approach_per_s: 0.0,
-        },
+        limits: RampLimits::NONE,
+        stop: RampLimits::NONE,
         axes: [AxisPace {
             inertia_kg_m2: 0.0,
             static_nm: 0.0,
@@ -88,11 +98,9 @@ impl<const AXES: usize> Pace<AXES> {
     #[inline(never)] // Gives its stack back before the buffers change places.
     pub fn of(trajectory: &Trajectory, limits: &Limits, ramp_s: f32) -> Self {
         let mut pace = Self::NONE;
-        let ramp_s = f64::from(ramp_s);
-        // From rest to rest in ramp_s with the least peak of the acceleration: a triangle.
-        let mut acceleration = 2.0 / ramp_s;
-        let mut jerk = 4.0 / (ramp_s * ramp_s);
-        let mut approach_s = ramp_s / 5.0;
+        let mut acceleration = f64::INFINITY;
+        let mut jerk = f64::INFINITY;
+        let mut approach_s = 0.0;
         let all = Torques::of::<AXES>(trajectory);
         let axes = pace.axes.iter_mut().zip(&all).zip(limits.axes());
         for ((pace, torques), limits) in axes {
@@ -108,11 +116,14 @@ impl<const AXES: usize> Pace<AXES> {
             }
             approach_s = larger(approach_s, approach(limits, momentum, torques.largest_nm));
         }
-        pace.limits = RampLimits {
-            acceleration_per_s: acceleration as f32,
-            jerk_per_s2: jerk as f32,
-            approach_per_s: (1.0 / approach_s) as f32,
+        // From rest to rest in ramp_s with the least peak of the acceleration: a triangle.
+        let within = |ramp_s: f64| RampLimits {
+            acceleration_per_s: smaller(2.0 / ramp_s, acceleration) as f32,
+            jerk_per_s2: smaller(4.0 / (ramp_s * ramp_s), jerk) as f32,
+            approach_per_s: (1.0 / larger(ramp_s / 5.0, approach_s)) as f32,
         };
+        pace.limits = within(f64::from(ramp_s));
+        pace.stop = within(smaller(f64::from(ramp_s), f64::from(QUICK_STOP_RAMP_S)));
         pace
     }
 }

@@ -63,6 +63,8 @@ pub(super) struct Axis {
     silent_at: Option<Object>,
     heartbeat: Heartbeat,
     measured: Option<Measured>,
+    /// It has followed set-points since it was last told to be off.
+    followed: bool,
     target: Target,
     trouble: Option<Trouble>,
     error: ErrorCode,
@@ -94,6 +96,7 @@ impl Axis {
             silent_at: None,
             heartbeat: Heartbeat::new(),
             measured: None,
+            followed: false,
             target: Target::new(&drive),
             trouble: None,
             error: ErrorCode::default(),
@@ -306,19 +309,26 @@ impl Axis {
     /// yet where it stands.
     ///
     /// The set-point is passed on only to a drive that has confirmed that it follows; any other is
-    /// told to stay where it was measured, without torque offset.
+    /// told to stay where it was measured, without torque offset. One that has followed and does no
+    /// more is switched off, and stays so until it was told to be off: nothing comes back by itself.
     pub(super) fn message(&mut self, wanted: Option<&Setpoint>) -> Option<[u8; 8]> {
+        if wanted.is_none() {
+            self.followed = false;
+        }
         let measured = self.measured?;
         let usable = self.is_usable(&measured);
+        let follows = usable && measured.follows(self.drive.tells_following);
+        let lost = self.followed && !follows;
         let (target_counts, torque_permille) = match wanted {
-            Some(setpoint) if usable && measured.follows(self.drive.tells_following) => {
+            Some(setpoint) if follows && !lost => {
+                self.followed = true;
                 self.target.follow(setpoint)
             }
             _ => self.target.stay(measured.message.counts),
         };
         let command = match (wanted, measured.state) {
             (None, state) => self.reset.next(state),
-            (Some(_), Some(state)) if usable => state.towards_enabled(),
+            (Some(_), Some(state)) if usable && !lost => state.towards_enabled(),
             (Some(_), _) => Command::DisableVoltage,
         };
         if wanted.is_some() {

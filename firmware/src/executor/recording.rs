@@ -65,9 +65,10 @@ impl<const AXES: usize> Executor<AXES> {
     }
 
     /// Closes the record of a fault between two ticks: at once, lest `clear` come before the next.
+    #[inline(never)]
     pub(super) fn record_fault(&mut self) {
-        if self.state == State::Fault && self.recording {
-            self.close_record();
+        if self.state == State::Fault {
+            self.record();
         }
     }
 

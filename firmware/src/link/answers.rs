@@ -63,24 +63,9 @@ impl<M, F: Flash> Reach<'_, M, F> {
             Request::KeepAlive => Response::Done,
             Request::List => Response::Stored(gathered(self.store.moves())),
             Request::GetDrives => Response::Drives(self.store.drives()),
-            Request::GetFaultSamples { first } => self.fault_samples(first)?,
             // With one lock for all: every one more is code again.
             _ => return self.machine.with(|m| m.answer(request, counters)),
         })
-    }
-
-    #[inline(never)]
-    fn fault_samples<const AXES: usize>(&mut self, first: u16) -> Result<Response, Denial>
-    where
-        M: Access<AXES>,
-    {
-        let samples = self.machine.with(|m| m.fault_samples(first));
-        if samples.is_empty() {
-            let head = self.machine.with(|m| m.fault_head());
-            let samples = head.map_or(0, |head| head.samples);
-            return Err(Denial::FaultSample { first, samples });
-        }
-        Ok(Response::FaultSamples(samples))
     }
 
     /// Does something that takes many ticks or writes flash, if the executor's state allows it. The
@@ -122,7 +107,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
             }
             Request::UploadCommit { content_hash } => {
                 self.at_rest(Command::CommitLoad, |m, _| {
-                    let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
+                    let measured_rad = m.executor.measured_rad()?;
                     Ok(m.executor.commit_load(content_hash, &measured_rad)?)
                 })?;
             }
@@ -134,7 +119,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
             Request::Load { content_hash } => {
                 self.at_rest(Command::Load, |m, store| {
                     let bytes = store.find(content_hash)?;
-                    let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
+                    let measured_rad = m.executor.measured_rad()?;
                     Ok(m.executor.load_encoded(bytes, &measured_rad)?)
                 })?;
             }

@@ -133,6 +133,7 @@ impl<const AXES: usize> Machine<AXES> {
             Request::GetLimits => Response::Limits(self.configuration()?.0),
             Request::GetConfig => Response::Config(self.configuration()?.1),
             Request::GetFault => Response::Fault(self.fault_head()),
+            Request::GetFaultSamples { first } => self.fault_samples(first)?,
             // The others, which do not come here.
             _ => return Err(Denial::NotUnderstood { bytes: 0 }),
         })
@@ -190,7 +191,7 @@ impl<const AXES: usize> Machine<AXES> {
         self.executor.arrived()
     }
 
-    pub(super) fn fault_head(&self) -> Option<FaultHead> {
+    fn fault_head(&self) -> Option<FaultHead> {
         let record = self.executor.fault_record()?;
         let head = record.head()?;
         Some(FaultHead {
@@ -202,8 +203,9 @@ impl<const AXES: usize> Machine<AXES> {
         })
     }
 
-    /// Samples of the fault record from the `first` on; none beyond the end.
-    pub(super) fn fault_samples(&self, first: u16) -> Vec<FaultSample, MAX_FAULT_SAMPLES> {
+    /// Samples of the fault record from the `first` on.
+    #[inline(never)] // They are large, and no other answer should have them on its stack.
+    fn fault_samples(&self, first: u16) -> Result<Response, Denial> {
         let record = self.executor.fault_record();
         let samples = record.into_iter().flat_map(FaultRecord::samples);
         let samples = samples.skip(usize::from(first)).take(MAX_FAULT_SAMPLES);
@@ -231,6 +233,11 @@ impl<const AXES: usize> Machine<AXES> {
                 axes: gathered(axes),
             }
         });
-        gathered(samples)
+        let samples: Vec<FaultSample, MAX_FAULT_SAMPLES> = gathered(samples);
+        if samples.is_empty() {
+            let samples = self.fault_head().map_or(0, |head| head.samples);
+            return Err(Denial::FaultSample { first, samples });
+        }
+        Ok(Response::FaultSamples(samples))
     }
 }

@@ -101,7 +101,9 @@ impl Log {
                 Found::Record(head) => head,
                 Found::Blank => {
                     // What a cut head would have left further on is not overwritten.
-                    let blank = rest.iter().all(|&byte| byte == 0xff);
+                    let (words, last) = rest.as_chunks::<4>();
+                    let blank = words.iter().all(|&word| u32::from_ne_bytes(word) == BLANK)
+                        && last.iter().all(|&byte| byte == 0xff);
                     self.end = blank.then_some(offset);
                     return;
                 }

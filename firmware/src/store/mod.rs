@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 use stillpoint_shared::config::Config;
 use stillpoint_shared::protocol::{StoreError, StoredMove};
 use stillpoint_shared::trajectory::{FORMAT_VERSION, Header};
-use stillpoint_shared::{DriveConfig, Limits, Trajectory, drive_config, encode};
+use stillpoint_shared::{DriveConfig, Limits, Trajectory, decode, drive_config, encode};
 
 use flash::Flash;
 use log::{Data, Entry, Log};
@@ -182,7 +182,7 @@ impl<F: Flash> Store<F> {
         if entry.head.format != CONFIG_FORMAT {
             return None;
         }
-        postcard::from_bytes(self.config.data(&self.flash, entry)?).ok()
+        decode::front(self.config.data(&self.flash, entry)?).ok()
     }
 
     fn put_value<T: Serialize>(&mut self, kind: u8, value: &T) -> Result<(), StoreError> {

@@ -7,3 +7,4 @@ mod line;
 mod requests;
 mod rig;
 mod sampling;
+mod stale;

@@ -103,6 +103,8 @@ fn effort(effort: &Effort, total: Duration) -> Value {
         "solver": effort.solver,
         "iterations": effort.iterations,
         "rounds": effort.rounds,
+        "restarts": effort.restarts,
+        "intervals": effort.intervals,
         "variables": effort.variables,
         "constraints": effort.constraints,
         "seconds": {
@@ -140,7 +142,7 @@ fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
         })
     }));
     object["finer_mesh"] = json!(plan.finer.map(|finer| {
-        json!({"points": finer.points, "duration_s": finer.duration_s, "relative_change": plan.change_to_finer()})
+        json!({"points": finer.points, "duration_s": finer.duration_s, "own_duration_s": finer.own_s, "relative_change": plan.change_to_finer()})
     }));
     let h = &plan.hamiltonian;
     object["hamiltonian"] =
@@ -200,6 +202,8 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
         solver,
         iterations,
         rounds,
+        restarts,
+        intervals,
         variables,
         constraints,
         setup,
@@ -208,7 +212,7 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
         ..
     } = &plan.effort;
     let mut text = format!(
-        "{:.3} ms, written to {}\n  {solver}: {iterations} iterations in {rounds} rounds, {variables} variables, {constraints} constraints\n",
+        "{:.3} ms, written to {}\n  {solver}: {iterations} iterations in {rounds} rounds, of which {restarts} led nowhere, {intervals} intervals, {variables} variables, {constraints} constraints\n",
         plan.solution.duration_s * 1e3,
         out.display()
     );

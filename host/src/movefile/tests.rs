@@ -1,6 +1,6 @@
 //! The moves at hand, and everything that can be wrong with one.
 
-use super::{MachineKind, MoveFile, MoveFileError, Problem};
+use super::{LimitsAt, MachineKind, MoveFile, MoveFileError, Problem};
 use crate::machine::OutputKind;
 use proptest::prelude::*;
 
@@ -385,6 +385,32 @@ fn refuses_moves_that_cannot_be() {
         "load_inertia_kg_m2 = 1e308",
         &["singular at `from`"],
     );
+    refused(
+        AXIS,
+        "stiffness_nm_per_rad = 200.0",
+        "stiffness_nm_per_rad = 1e-12",
+        &["cannot end still at `from`", "can drift"],
+    );
+}
+
+#[test]
+fn limits_hold_everywhere_unless_the_solver_table_says_otherwise() {
+    let parsed = |solver: &str| {
+        let text = format!("{AXIS}\n[solver]\n{solver}\n");
+        MoveFile::parse(&text, "move.toml").map(|file| file.solver.limits)
+    };
+    assert_eq!(parsed("").ok(), Some(LimitsAt::Everywhere));
+    assert_eq!(
+        parsed("limits = \"everywhere\"").ok(),
+        Some(LimitsAt::Everywhere)
+    );
+    assert_eq!(parsed("limits = \"nodes\"").ok(), Some(LimitsAt::Nodes));
+    let said = parsed("limits = \"somewhere\"")
+        .expect_err("no such place")
+        .to_string();
+    for part in ["limits", "somewhere", "everywhere", "nodes", "move.toml"] {
+        assert!(said.contains(part), "{said}");
+    }
 }
 
 #[test]

@@ -6,7 +6,9 @@
 //! Review 35, 1993). Limits are drawn in by a margin, so that it ends after finitely many rounds and what is
 //! rounded to f32 still keeps them. That no limit is exceeded is not concluded from the peaks; it is proved afterwards.
 
-use super::{Diagnosis, Effort, Finer, Progress, move_problem};
+use super::finer::{Beside, FinerProgram};
+use super::guess::slowed_guess;
+use super::{Diagnosis, Effort, Progress, move_problem};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{Iteration, NlpSolver, Outcome, Settings, Start, Status};
 use crate::ocp::{
@@ -39,17 +41,28 @@ const ROUNDS: usize = 10;
 const ITERATIONS_PER_ROUND: usize = 150;
 
 /// The first round only finds out where the limits matter.
-const FIRST_TOLERANCE: f64 = 1e-3;
+const FIRST_TOLERANCE: f64 = 1e-5;
+
+/// How much longer the last answer is made where a round leads nowhere from it: far from all limits.
+const SLOWER: f64 = 1.5;
+
+/// Peaks nearer to a place than this, in mean distances of the points, are held by it as long as they keep their limit; a
+/// violated one that is nearer than the other moves it. Rows that say nearly the same make a program hard to solve.
+const HELD: f64 = 0.2;
+const SAME: f64 = 0.02;
 
 /// The finer mesh has this many points more in every interval; there the solver has this many iterations.
 const MORE_POINTS: usize = 2;
 const FINER_ITERATIONS: usize = 100;
 
 /// A solved program.
+#[derive(Clone)]
 pub(super) struct Solved {
     pub(super) transcription: Arc<Transcription>,
     pub(super) outcome: Outcome,
     pub(super) solution: Solution,
+    /// Where limits hold between the points.
+    samples: Vec<Sample>,
 }
 
 /// What attempts have in common.
@@ -81,6 +94,11 @@ impl<'a> Attempt<'a> {
             progress,
         }
     }
+
+    fn everywhere(&self) -> bool {
+        self.file.solver.limits == LimitsAt::Everywhere
+    }
+
     /// Solves on a mesh from a first guess, in at most so many iterations in the first round, and adds what it cost to `effort`.
     pub(super) fn solve(
         &self,
@@ -88,92 +106,120 @@ impl<'a> Attempt<'a> {
         guess: &Guess,
         max_iterations: usize,
         effort: &mut Effort,
+        beside: &mut Beside<'_, '_>,
     ) -> Result<Solved, Box<Diagnosis>> {
         let started = Instant::now();
-        let scaling = Scaling::automatic(&self.problem, guess);
-        let program = |path: Vec<usize>, samples: &[Sample]| {
-            let problem = Arc::clone(&self.problem);
-            let whole = Transcription::with_scaling(problem, mesh.clone(), scaling.clone());
-            Arc::new(whole.with_path(path).with_samples(samples))
-        };
-        let everywhere = self.file.solver.limits == LimitsAt::Everywhere;
-        let mut samples = if everywhere {
+        let samples = if self.everywhere() {
             self.grid(&mesh)
         } else {
             Vec::new()
         };
-        let mut transcription = program((0..self.problem.sizes.path).collect(), &samples);
-        let mut start = Start {
-            x: transcription.unknowns(guess),
+        let scaling = Scaling::automatic(&self.problem, guess);
+        let first = Transcription::with_scaling(Arc::clone(&self.problem), mesh, scaling)
+            .with_samples(&samples);
+        let start = Start {
+            x: first.unknowns(guess),
             warm: None,
         };
         effort.setup += started.elapsed();
-        for round in 0.. {
-            let first = everywhere && round == 0;
-            let tolerance = self.file.solver.tolerance;
-            let settings = Settings {
-                tolerance: if first {
-                    tolerance.max(FIRST_TOLERANCE)
-                } else {
-                    tolerance
-                },
-                max_iterations: if round == 0 {
-                    max_iterations
-                } else {
-                    let used = effort.iterations;
-                    let left = self.file.solver.max_iterations.saturating_sub(used);
-                    left.min(ITERATIONS_PER_ROUND)
-                },
-                least_barrier: self.least_barrier(),
-            };
-            let outcome = self.run_or_restart(&transcription, start, &settings, effort)?;
-            let solution = transcription.solution(&outcome.x);
-            let courses = Courses::new(&self.problem, &solution);
-            let mut peaks = if everywhere {
-                courses.peaks(-FAR)
-            } else {
-                Vec::new()
-            };
-            let path = self.near_path(&peaks);
-            peaks.retain(|peak| peak.excess > -NEAR);
-            let highest = peaks
-                .iter()
-                .fold(f64::NEG_INFINITY, |m, peak| m.max(peak.excess));
-            if !first && (highest <= USABLE * self.margin || round == ROUNDS) {
-                return Ok(Solved {
-                    transcription,
-                    outcome,
-                    solution,
-                });
-            }
-            renew(&mut samples, &courses, &peaks);
-            let next = program(path, &samples);
-            start = next.start_from(&transcription, &outcome);
-            transcription = next;
+        let asked = self.file.solver.tolerance;
+        let tolerance = if self.everywhere() {
+            asked.max(FIRST_TOLERANCE)
+        } else {
+            asked
+        };
+        let settings = self.settings(tolerance, max_iterations);
+        let first = Arc::new(first);
+        let outcome = self.run(&first, start, &settings, effort)?;
+        let solved = Solved {
+            solution: first.solution(&outcome.x),
+            transcription: first,
+            outcome,
+            samples,
+        };
+        if self.everywhere() {
+            self.rounds(solved, effort, beside)
+        } else {
+            beside.begin(self.finer(&solved.transcription, &solved));
+            beside.own_duration(solved.solution.duration_s);
+            Ok(solved)
         }
-        unreachable!("the last round returns")
     }
 
-    /// One run of the solver; if it leads nowhere from multipliers, one more without them.
+    /// From an answer that keeps other limits, or these limits at fewer places, to one that keeps these everywhere.
+    pub(super) fn rounds(
+        &self,
+        mut solved: Solved,
+        effort: &mut Effort,
+        beside: &mut Beside<'_, '_>,
+    ) -> Result<Solved, Box<Diagnosis>> {
+        let settings = self.settings(self.file.solver.tolerance, ITERATIONS_PER_ROUND);
+        for round in 0..=ROUNDS {
+            let courses = Courses::new(&self.problem, &solved.solution);
+            let mut peaks = courses.peaks(-FAR);
+            let path = self.near_path(&peaks);
+            peaks.retain(|peak| peak.excess > -NEAR);
+            let kept = peaks.iter().all(|peak| peak.excess <= USABLE * self.margin);
+            // The first answer comes from elsewhere.
+            if round > 0 && kept {
+                break;
+            }
+            self.renew(&mut solved.samples, &courses, &peaks);
+            let (mesh, scaling) = (solved.transcription.mesh(), solved.transcription.scaling());
+            let next = Transcription::with_scaling(
+                Arc::clone(&self.problem),
+                mesh.clone(),
+                scaling.clone(),
+            )
+            .with_path(path)
+            .with_samples(&solved.samples);
+            let next = Arc::new(next);
+            if round == 0 {
+                beside.begin(self.finer(&next, &solved));
+            }
+            let outcome = self.run_or_restart(&next, &solved, &settings, effort)?;
+            solved.solution = next.solution(&outcome.x);
+            solved.transcription = next;
+            solved.outcome = outcome;
+            beside.own_duration(solved.solution.duration_s);
+        }
+        Ok(solved)
+    }
+
+    fn settings(&self, tolerance: f64, max_iterations: usize) -> Settings {
+        Settings {
+            tolerance,
+            max_iterations,
+            least_barrier: match self.file.solver.limits {
+                LimitsAt::Nodes => 0.0,
+                LimitsAt::Everywhere => tolerance * BARRIER,
+            },
+        }
+    }
+
+    /// Solves a program from an answer to another: with its multipliers, or without them, or from the answer slowed down.
     fn run_or_restart(
         &self,
-        transcription: &Arc<Transcription>,
-        start: Start,
+        program: &Arc<Transcription>,
+        last: &Solved,
         settings: &Settings,
         effort: &mut Effort,
     ) -> Result<Outcome, Box<Diagnosis>> {
-        let again = start.warm.is_some().then(|| Start {
-            x: start.x.clone(),
-            warm: None,
-        });
-        let failed = match self.run(transcription, start, settings, effort) {
-            Ok(outcome) => return Ok(outcome),
-            Err(failed) => failed,
-        };
-        match again.filter(|_| failed.status != Status::Stopped) {
-            Some(again) => self.run(transcription, again, settings, effort),
-            None => Err(failed),
+        let near = program.start_from(&last.transcription, &last.outcome);
+        let without_multipliers = || near.x.clone();
+        let slowed = || program.unknowns(&slowed_guess(self.file, &last.solution, SLOWER));
+        let others: [&dyn Fn() -> Vec<f64>; 2] = [&without_multipliers, &slowed];
+        let mut outcome = self.run(program, near.clone(), settings, effort);
+        for x in others {
+            match &outcome {
+                Err(failed) if failed.status != Status::Stopped => {}
+                _ => break,
+            }
+            effort.restarts += 1;
+            let start = Start { x: x(), warm: None };
+            outcome = self.run(program, start, settings, effort);
         }
+        outcome
     }
 
     /// One run of the solver.
@@ -185,6 +231,15 @@ impl<'a> Attempt<'a> {
         effort: &mut Effort,
     ) -> Result<Outcome, Box<Diagnosis>> {
         let started = Instant::now();
+        let left = self
+            .file
+            .solver
+            .max_iterations
+            .saturating_sub(effort.iterations);
+        let settings = Settings {
+            max_iterations: settings.max_iterations.min(left),
+            ..*settings
+        };
         let nlp = CollocationNlp::new(Arc::clone(transcription), start.x, start.warm);
         effort.variables = transcription.variables();
         effort.constraints = transcription.constraints();
@@ -198,7 +253,7 @@ impl<'a> Attempt<'a> {
             };
             (progress.borrow_mut())(&counted, iteration.objective * seconds_per_objective)
         });
-        let outcome = self.solver.solve(Box::new(nlp.clone()), settings, monitor);
+        let outcome = self.solver.solve(Box::new(nlp.clone()), &settings, monitor);
         effort.status = outcome.status;
         effort.iterations += outcome.iterations;
         effort.solve += started.elapsed();
@@ -209,31 +264,13 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// The duration of an answer's program on a finer mesh, started from the answer. Its limits hold at the same places.
-    pub(super) fn finer(&self, solved: &Solved) -> Option<Finer> {
-        let mesh = solved.transcription.mesh().with_more_points(MORE_POINTS);
-        let points = mesh.points();
-        let finer = Arc::new(solved.transcription.on_mesh(mesh));
-        let start = finer.start_from(&solved.transcription, &solved.outcome);
-        let settings = Settings {
-            tolerance: self.file.solver.tolerance,
-            max_iterations: FINER_ITERATIONS,
-            least_barrier: self.least_barrier(),
-        };
-        let nlp = CollocationNlp::new(Arc::clone(&finer), start.x, start.warm);
-        let outcome = self
-            .solver
-            .solve(Box::new(nlp), &settings, Box::new(|_| true));
-        (outcome.status == Status::Solved).then(|| Finer {
-            points,
-            duration_s: finer.solution(&outcome.x).duration_s,
-        })
-    }
-
-    fn least_barrier(&self) -> f64 {
-        match self.file.solver.limits {
-            LimitsAt::Nodes => 0.0,
-            LimitsAt::Everywhere => self.file.solver.tolerance * BARRIER,
+    /// A program on a finer mesh, to be started from an answer. Its limits hold at the same places.
+    fn finer(&self, program: &Transcription, solved: &Solved) -> FinerProgram {
+        let transcription = program.on_mesh(program.mesh().with_more_points(MORE_POINTS));
+        FinerProgram {
+            start: transcription.start_from(&solved.transcription, &solved.outcome),
+            transcription: Arc::new(transcription),
+            settings: self.settings(self.file.solver.tolerance, FINER_ITERATIONS),
         }
     }
 
@@ -270,15 +307,24 @@ impl<'a> Attempt<'a> {
         }
         samples
     }
-}
 
-/// Brings the samples up to date with a solution and adds its peaks.
-fn renew(samples: &mut Vec<Sample>, courses: &Courses<'_>, peaks: &[Peak]) {
-    for sample in &mut *samples {
-        *sample = courses.sample(sample.interval, sample.local, sample.limited);
+    /// Brings the samples up to date with a solution and adds its peaks.
+    fn renew(&self, samples: &mut Vec<Sample>, courses: &Courses<'_>, peaks: &[Peak]) {
+        for peak in peaks {
+            let distance = 2.0 / courses.points(peak.interval) as f64;
+            let nearest = (samples.iter_mut())
+                .filter(|s| s.interval == peak.interval && s.limited == peak.limited)
+                .map(|s| ((s.local - peak.local).abs() / distance, s))
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            let keeps = peak.excess <= USABLE * self.margin;
+            match nearest {
+                Some((near, _)) if keeps && near < HELD => {}
+                Some((near, sample)) if near < SAME => sample.local = peak.local,
+                _ => samples.push(courses.sample(peak.interval, peak.local, peak.limited)),
+            }
+        }
+        for sample in samples {
+            *sample = courses.sample(sample.interval, sample.local, sample.limited);
+        }
     }
-    let new = peaks
-        .iter()
-        .map(|peak| courses.sample(peak.interval, peak.local, peak.limited));
-    samples.extend(new);
 }

@@ -1,7 +1,9 @@
 //! Refinement of a move's mesh, as far as the board has room.
 
 use super::attempt::{Attempt, Solved};
+use super::finer::Beside;
 use super::{Effort, PlanError};
+use crate::movefile::MoveFile;
 use crate::ocp::{Guess, Judgement, Mesh, MeshRecord, judge};
 use stillpoint_shared::trajectory::{MAX_BASES, MAX_COEFFICIENTS, MAX_INTERVALS, QUANTITIES};
 
@@ -75,6 +77,7 @@ pub(super) fn refine(
     solved: &mut Solved,
     tolerance: f64,
     effort: &mut Effort,
+    beside: &mut Beside<'_, '_>,
 ) -> Result<Refinement, PlanError> {
     let axes = attempt.file.machine.plant().axis_count();
     let mut meshes: Vec<MeshRecord> = Vec::new();
@@ -109,7 +112,7 @@ pub(super) fn refine(
         let (intervals, points) = (mesh.intervals().len(), mesh.points());
         let guess = Guess::from_solution(solution.clone());
         let left = (attempt.file.solver.max_iterations).saturating_sub(effort.iterations);
-        match attempt.solve(mesh, &guess, left, effort) {
+        match attempt.solve(mesh, &guess, left, effort, beside) {
             Ok(finer) => *solved = finer,
             Err(diagnosis) if diagnosis.status == crate::nlp::Status::Stopped => {
                 return Err(PlanError::unsolved(diagnosis, effort));
@@ -122,6 +125,12 @@ pub(super) fn refine(
         meshes,
         shortfall,
     })
+}
+
+/// Whether the board has room for the mesh of a file.
+pub(super) fn fits(file: &MoveFile) -> bool {
+    let mesh = Mesh::uniform(file.mesh.intervals, file.mesh.points);
+    too_large(&mesh, file.machine.plant().axis_count()).is_none()
 }
 
 /// What of the board's capacity a mesh exceeds.

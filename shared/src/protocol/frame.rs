@@ -19,7 +19,7 @@ use cobs::{DecodeResult, DecoderState, EncoderState, PushResult};
 use serde::{Deserialize, Serialize};
 
 use crate::crc::Crc32;
-use crate::encode;
+use crate::{decode, encode};
 
 /// Most bytes of a payload.
 pub const MAX_PAYLOAD_BYTES: usize = 536;
@@ -182,13 +182,13 @@ pub fn encode<'b, T: Serialize>(
 /// [`encode`] made.
 pub fn open(payload: &[u8]) -> Result<(Envelope, &[u8]), FrameError> {
     let bytes = payload.len();
-    postcard::take_from_bytes(payload).map_err(|_| FrameError::Body { bytes })
+    decode::take(payload).map_err(|_| FrameError::Body { bytes })
 }
 
 /// Reads a body; no byte may be left over.
 pub fn read<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, FrameError> {
     let bytes = body.len();
-    match postcard::take_from_bytes(body) {
+    match decode::take(body) {
         Ok((body, [])) => Ok(body),
         _ => Err(FrameError::Body { bytes }),
     }

@@ -33,6 +33,16 @@ impl FaultCause {
             } => (10, 0, 0, duration_ticks, limit_ticks),
             Self::TicksMissed { missed } => (11, 0, missed, 0, 0),
             Self::Restart => (12, 0, 0, 0, 0),
+            Self::LeftStart {
+                axis,
+                distance_rad,
+                tolerance_rad,
+            } => (13, axis, 0, distance_rad.to_bits(), tolerance_rad.to_bits()),
+            Self::NotEnabled {
+                axis,
+                waited_ticks,
+                limit_ticks,
+            } => (14, axis, 0, waited_ticks, limit_ticks),
         };
         let first = kind | (axis as u32) << 8 | (half as u32) << 16;
         [first, one, other]
@@ -69,6 +79,16 @@ impl FaultCause {
             },
             11 => Self::TicksMissed { missed: half },
             12 => Self::Restart,
+            13 => Self::LeftStart {
+                axis,
+                distance_rad: f32::from_bits(one),
+                tolerance_rad: f32::from_bits(other),
+            },
+            14 => Self::NotEnabled {
+                axis,
+                waited_ticks: one,
+                limit_ticks: other,
+            },
             _ => return None,
         })
     }
@@ -109,6 +129,16 @@ mod tests {
             },
             FaultCause::TicksMissed { missed: 65_535 },
             FaultCause::Restart,
+            FaultCause::LeftStart {
+                axis,
+                distance_rad: -0.5,
+                tolerance_rad: 1e-3,
+            },
+            FaultCause::NotEnabled {
+                axis,
+                waited_ticks: 70_001,
+                limit_ticks,
+            },
         ];
         for cause in causes {
             assert_eq!(FaultCause::from_words(cause.to_words()), Some(cause));

@@ -66,7 +66,7 @@ mod app {
     use super::board::pins::{DriveEnable, StopContact};
     use super::board::serve::{AXES, Diary, Place, RECEIVED, Reach, Server};
     use super::board::uart::{self, Receiver};
-    use super::board::watchdog::{self, Feeder};
+    use super::board::watchdog::{self, Feeder, Patience};
     use super::board::{build_id, can, clock, pins, retained, timer};
     use super::{BAUD, CRYSTAL_MHZ};
 
@@ -143,6 +143,8 @@ mod app {
 
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
+        // From here on the drive loop feeds it.
+        watchdog::wait_for(Patience::Running);
         timer::start(core.SYST);
         (
             Shared {
