@@ -106,8 +106,9 @@ fn until_done(
             (State::Held, _, Some(HoldReason::CommsLost)) => {
                 return Err(Explained::new(
                     format!(
-                        "the move is held at {here}, because the board heard nothing for longer than --timeout-ms; the drives \
-                         are on: `stillpoint device resume` goes on"
+                        "the move is held at {here}, because the board heard nothing for longer than --timeout-ms; {}: \
+                         `stillpoint device resume` goes on",
+                        words::drives(&status)
                     ),
                     entry::of_symptom("the-move-holds-and-nobody-asked"),
                 ));
@@ -144,7 +145,7 @@ fn out_of_reach(error: DeviceError, how: &start::How, reached: &str) -> Explaine
 
 /// A move that is neither under way nor at its end nor in a fault: why, as far as the board knows.
 fn ended_otherwise(board: &mut Board, status: &Status, reached: &str, tick: u64) -> Explained {
-    let drives = words::drives(status.state);
+    let drives = words::drives(status);
     // The record began with this move.
     if let Ok(Response::Fault(Some(head))) = board.ask(&Request::GetFault) {
         let fault = head.fault;

@@ -192,7 +192,7 @@ fn give_up(board: &mut Board, were_on: bool) -> String {
             Ok("the move has begun nevertheless and was told to stop, then the drives go off: `stillpoint device clear` goes on"
                 .to_owned())
         }
-        state => Ok(words::drives(state)),
+        _ => Ok(words::drives(&status)),
     });
     left.unwrap_or_else(|error| {
         format!("whether the drives are on is not known: `stillpoint device status` says it, `stop` switches them off ({error})")

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use stillpoint_shared::protocol::{AxisStatus, Status};
-use stillpoint_shared::status::{LimitFlags, State};
+use stillpoint_shared::status::LimitFlags;
 use stillpoint_shared::{ordinal, time};
 
 /// A hash as everywhere: 16 hexadecimal digits.
@@ -10,10 +10,11 @@ pub(super) fn hash(hash: u64) -> String {
     format!("{hash:016x}")
 }
 
-/// Whether the drives are on in a state, in words; not for a dry run.
-pub(super) fn drives(state: State) -> String {
-    let switch = if state.is_energised() { "on" } else { "off" };
-    format!("the drives are {switch} (state {state:?})")
+/// Whether the drives are on, in words.
+pub(super) fn drives(status: &Status) -> String {
+    let on = status.state.is_energised() && !status.dry_run;
+    let switch = if on { "on" } else { "off" };
+    format!("the drives are {switch} (state {:?})", status.state)
 }
 
 /// Names of limits in force.
