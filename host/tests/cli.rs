@@ -355,8 +355,8 @@ fn many_turns_end_where_they_should() {
     let folder = folder("turns");
     for (angle, mesh) in [
         ("12.566", "intervals = 4"),
-        ("1000.0", "intervals = 10"),
-        ("-200.0", "intervals = 10"),
+        ("1000.0", "intervals = 20"),
+        ("-200.0", "intervals = 20"),
     ] {
         let to = format!("to = {{ angle_rad = {angle} }}");
         let file = changed(
@@ -417,18 +417,17 @@ fn the_iteration_limit_is_kept() {
     ];
     let file = changed(&folder, "paper", &changes);
     let output = stillpoint(&folder, &["plan", file, "--json", "--log"]);
-    let logged = text(&output.stderr)
+    // An iterate from which the solver restores feasibility is logged once more, under the same number.
+    let logged = text(&output.stderr);
+    let logged = logged
         .lines()
-        .filter(|line| line.trim_start().starts_with(|c: char| c.is_ascii_digit()))
-        .count();
+        .filter_map(|line| line.split_whitespace().next()?.parse::<u64>().ok());
     let failed = object(&output);
     assert!(
         failed["iterations"].as_u64().is_some_and(|n| n <= 40),
         "{failed}"
     );
-    // One line more per round, for its first iterate.
-    let rounds = failed["rounds"].as_u64().expect("a number");
-    assert!(logged as u64 <= 42 + rounds, "{logged} in {rounds} rounds");
+    assert_eq!(logged.max(), Some(40));
 }
 
 #[cfg(unix)]

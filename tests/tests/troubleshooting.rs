@@ -27,10 +27,11 @@ const REASONS: [&str; 12] = [
 ];
 
 /// Enums of the schema whose variants are none.
-const OTHERS: [&str; 11] = [
+const OTHERS: [&str; 12] = [
     "Command",
     "CommsPolicy",
     "ConfigField",
+    "DriveStatus",
     "HoldReason",
     "LimitName",
     "Mapping",

@@ -191,8 +191,8 @@ impl<C: Deref<Target = RegisterBlock>> Can for Bus<C> {
 impl<C: Deref<Target = RegisterBlock>> Controller for Bus<C> {
     fn take_back(&mut self, id: u16) {
         let Self(controller) = self;
-        for (number, abort) in [(0, 1 << 7), (1, 1 << 15), (2, 1 << 23)] {
-            if controller.tx(number).tir().read().bits() >> ID_SHIFT == u32::from(id) {
+        for (mailbox, abort) in controller.tx_iter().zip([1 << 7, 1 << 15, 1 << 23]) {
+            if mailbox.tir().read().bits() >> ID_SHIFT == u32::from(id) {
                 // SAFETY: ABRQ of this mailbox; zeros change nothing in this register. An empty
                 // mailbox has nothing to abort.
                 controller.tsr().write(|w| unsafe { w.bits(abort) });
