@@ -265,10 +265,10 @@ fn a_move_that_would_not_begin_is_refused() {
 /// An axis that creeps to the start for minutes.
 #[test]
 fn ctrl_c_while_the_drives_are_waited_for_switches_them_off() {
-    let board = Board::at(0.4);
+    let board = Board::at(0.09);
     board.ask(&["config", "--move", &move_file()]);
     let settings = trajectory().replace("axis.spt", "slow.toml");
-    let slow = "approach_speed_rad_per_s = 1e-3\n[accept]\nstart_tolerance_rad = 0.5\n";
+    let slow = "approach_speed_rad_per_s = 1e-3\n[accept]\nstart_tolerance_rad = 0.1\n";
     std::fs::write(&settings, slow).expect("written");
     board.ask(&["config", "--settings", &settings]);
     board.ask(&["upload", trajectory()]);
