@@ -6,7 +6,7 @@
 //! Review 35, 1993). Limits are drawn in by a margin, so that it ends after finitely many rounds and what is
 //! rounded to f32 still keeps them. That no limit is exceeded is not concluded from the peaks; it is proved afterwards.
 
-use super::{Diagnosis, Effort, Finer, Progress, move_problem};
+use super::{Diagnosis, Effort, Finer, Progress};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{Iteration, NlpSolver, Outcome, Settings, Start, Status};
 use crate::ocp::{
@@ -59,14 +59,14 @@ pub(super) struct Attempt<'a> {
 }
 
 impl<'a> Attempt<'a> {
-    /// At the move of a file; limits that have to hold everywhere are drawn in by a share of them.
+    /// At the problem of a file; limits that have to hold everywhere are drawn in by a share of them.
     pub(super) fn new(
         file: &'a MoveFile,
+        problem: OptimalControlProblem,
         solver: &'a dyn NlpSolver,
         progress: &'a Rc<RefCell<Progress>>,
         margin: f64,
     ) -> Self {
-        let problem = move_problem(file);
         Self {
             file,
             problem: Arc::new(match file.solver.limits {
@@ -213,8 +213,10 @@ impl<'a> Attempt<'a> {
     /// The path functions that peaks are near to.
     fn near_path(&self, peaks: &[Peak]) -> Vec<usize> {
         let near = |row: usize| peaks.iter().any(|peak| peak.limited == Limited::Path(row));
+        // Equations hold wherever the solution goes.
+        let equation = |row: usize| self.problem.path[row].bounds.size() == 0.0;
         (0..self.problem.sizes.path)
-            .filter(|&row| near(row))
+            .filter(|&row| near(row) || equation(row))
             .collect()
     }
 

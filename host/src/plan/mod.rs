@@ -7,6 +7,8 @@ mod figures;
 mod guess;
 mod played;
 mod problem;
+mod ringing;
+mod robust;
 mod trajectory;
 
 pub use check::{EndMiss, StateMiss, end_miss};
@@ -15,12 +17,14 @@ pub use figures::Finer;
 pub use guess::{quintic_guess, rigid_duration_s};
 pub use played::{Played, PlayedError};
 pub use problem::move_problem;
+pub use robust::{nominal_part, robust_guess, robust_problem};
 pub use trajectory::{ConversionError, trajectory};
 
 use crate::certify::{Certificate, CertifyError, Coordinates, certify};
-use crate::movefile::{LimitsAt, MoveFile};
+use crate::movefile::{LimitsAt, MoveFile, Robust};
 use crate::nlp::{Iteration, NlpSolver, Status};
-use crate::ocp::{Guess, Hamiltonian, Solution};
+use crate::ocp::{Guess, Hamiltonian, OptimalControlProblem, Solution};
+use crate::simulate::modes::ModesError;
 use crate::simulate::ode::OdeError;
 use crate::sptfile::Section;
 use attempt::{Attempt, Solved};
@@ -154,6 +158,12 @@ pub enum PlanError {
     /// The answer does not fit the board.
     #[error(transparent)]
     Conversion(#[from] ConversionError),
+    /// A plant of a robust move cannot follow the nominal one.
+    #[error("no robust plan: following the motion that is planned for the nominal plant, {0}")]
+    Follow(#[from] OdeError),
+    /// A plant of a robust move has no modes at the goal.
+    #[error("no bound on what is left after the move: {0}")]
+    Modes(#[from] ModesError),
     /// The answer cannot be certified, whatever it is.
     #[error(transparent)]
     Certify(#[from] CertifyError),
@@ -173,7 +183,7 @@ pub fn plan(
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
     let progress = Rc::new(RefCell::new(progress));
-    let attempt = Attempt::new(file, solver, &progress, MARGINS[0]);
+    let attempt = Attempt::new(file, problem(file)?, solver, &progress, MARGINS[0]);
     let mut effort = Effort {
         solver: solver.name(),
         status: Status::Invalid,
@@ -185,20 +195,49 @@ pub fn plan(
         solve: Duration::ZERO,
         check: Duration::ZERO,
     };
-    let mut solved = from_first_guesses(file, &attempt, &mut effort)?;
-    let mut shipped = Shipped::of(file, &solved.solution)?;
+    let mut solved = match &file.robust {
+        None => from_first_guesses(file, &attempt, &mut effort)?,
+        Some(robust) => {
+            let nominal = Attempt::new(file, move_problem(file), solver, &progress, MARGINS[0]);
+            let nominal = from_first_guesses(file, &nominal, &mut effort)?;
+            from_nominal(file, robust, &attempt, &nominal, &mut effort)?
+        }
+    };
+    let mut shipped = Shipped::of(file, &nominal_part(file, &solved.solution))?;
     for margin in &MARGINS[1..] {
         if shipped.is_as_wanted(file) {
             break;
         }
-        let attempt = Attempt::new(file, solver, &progress, *margin);
+        let attempt = Attempt::new(file, problem(file)?, solver, &progress, *margin);
         let guess = Guess::from_solution(solved.solution);
         let left = file.solver.max_iterations.saturating_sub(effort.iterations);
         let again = attempt.solve(&guess, left, &mut effort);
         solved = again.map_err(|diagnosis| PlanError::unsolved(diagnosis, &effort))?;
-        shipped = Shipped::of(file, &solved.solution)?;
+        shipped = Shipped::of(file, &nominal_part(file, &solved.solution))?;
     }
     checked(file, &attempt, solved, shipped, effort)
+}
+
+/// The problem of a file, for all its plants.
+fn problem(file: &MoveFile) -> Result<OptimalControlProblem, PlanError> {
+    Ok(match &file.robust {
+        Some(robust) => robust_problem(file, robust)?,
+        None => move_problem(file),
+    })
+}
+
+/// Solves for all plants from the solution for the nominal one.
+fn from_nominal(
+    file: &MoveFile,
+    robust: &Robust,
+    attempt: &Attempt<'_>,
+    nominal: &Solved,
+    effort: &mut Effort,
+) -> Result<Solved, PlanError> {
+    let guess = robust_guess(file, robust, &nominal.solution)?;
+    let left = file.solver.max_iterations.saturating_sub(effort.iterations);
+    let solved = attempt.solve(&guess, left, effort);
+    solved.map_err(|diagnosis| PlanError::unsolved(diagnosis, effort))
 }
 
 /// Solves from one first guess after the other.
@@ -277,6 +316,7 @@ fn checked(
     mut effort: Effort,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
+    let nominal = nominal_part(file, &solved.solution);
     if let Some(tightest) = shipped.certificate.tightest()
         && !shipped.certificate.is_certified()
         && file.solver.limits == LimitsAt::Everywhere
@@ -289,7 +329,7 @@ fn checked(
     // The solver works on one core most of the time.
     let (miss, played, finer) = std::thread::scope(|scope| {
         let checks = scope.spawn(|| {
-            let miss = end_miss(&move_problem(file), &solved.solution);
+            let miss = end_miss(&move_problem(file), &nominal);
             (miss, played(file, &shipped.trajectory))
         });
         let finer = attempt.finer(&solved);
@@ -319,7 +359,7 @@ fn checked(
     }
     Ok(Plan {
         hamiltonian: solved.transcription.hamiltonian(&solved.outcome),
-        solution: solved.solution,
+        solution: nominal,
         trajectory: shipped.trajectory,
         section: Section {
             coordinates: shipped.coordinates,
