@@ -13,16 +13,13 @@
 
 use crate::machine::{Equations, Plant};
 use crate::movefile::Residual;
-use crate::ocp::{Affine, Bounds, Norm, Quantity};
+use crate::ocp::{Affine, Bounds, Quantity};
 use crate::simulate::modes::{ModesError, locked};
 use std::f64::consts::TAU;
 
 /// Frequencies that differ by a smaller share than this are the same: their modes drift apart by less over a
 /// thousand periods than can be seen.
 const SAME_FREQUENCY: f64 = 1e-5;
-
-/// Share of a bound that its roots are rounded by where they vanish.
-const SMOOTHING: f64 = 0.03;
 
 /// A mode at the goal as functions of the end state (q, v).
 struct EndMode {
@@ -38,7 +35,7 @@ pub(super) fn rows(
     plant: &dyn Plant,
     goal: &[f64],
     residuals: &[(Residual, f64)],
-) -> Result<Vec<(Quantity, Vec<Norm>)>, ModesError> {
+) -> Result<Vec<(Quantity, Vec<Affine>)>, ModesError> {
     let rest = plant.rest(goal);
     let modes = end_modes(plant, &rest)?;
     let mut rows = Vec::new();
@@ -52,14 +49,7 @@ pub(super) fn rows(
                         mode.rate.scaled(half),
                     ]
                 });
-                let norm = Norm {
-                    smoothing: (SMOOTHING * bound).sqrt(),
-                    functions: functions.collect(),
-                };
-                rows.push((
-                    quantity("root of the energy (√J)", bound.sqrt()),
-                    vec![norm],
-                ));
+                rows.push((quantity("energy (J)", bound), functions.collect()));
             }
             Residual::Outputs(kind, unit) => {
                 let slopes: Vec<Vec<f64>> = (modes.iter())
@@ -69,8 +59,8 @@ pub(super) fn rows(
                 for (index, output) in outputs.filter(|(_, o)| o.kind == kind && o.unit == unit) {
                     let slopes: Vec<f64> = slopes.iter().map(|s| s[index]).collect();
                     rows.push((
-                        quantity(output.key, bound),
-                        amplitude(&modes, &slopes, bound),
+                        quantity(output.key, bound * bound),
+                        amplitude(&modes, &slopes),
                     ));
                 }
             }
@@ -87,27 +77,25 @@ fn quantity(name: &str, bound: f64) -> Quantity {
     }
 }
 
-/// The terms of an output's amplitude; `slopes` along the modes, which rise in frequency.
-fn amplitude(modes: &[EndMode], slopes: &[f64], bound: f64) -> Vec<Norm> {
+/// The functions whose squares add up to a bound on the square of an output's amplitude; `slopes` along the modes, which
+/// rise in frequency.
+fn amplitude(modes: &[EndMode], slopes: &[f64]) -> Vec<Affine> {
     let same = |a: &(&EndMode, &f64), b: &(&EndMode, &f64)| {
         b.0.omega_rad_per_s - a.0.omega_rad_per_s <= SAME_FREQUENCY * b.0.omega_rad_per_s
     };
     let modes: Vec<_> = modes.iter().zip(slopes).collect();
     let together: Vec<_> = modes.chunk_by(same).collect();
-    let smoothing = SMOOTHING * bound / together.len() as f64;
-    let norm = |group: &&[(&EndMode, &f64)]| {
+    let root = (together.len() as f64).sqrt();
+    let functions = together.iter().flat_map(|group| {
         let sum = |part: &dyn Fn(&EndMode, f64) -> Affine| {
-            let parts = group.iter().map(|(mode, slope)| part(mode, **slope));
+            let parts = group.iter().map(|(mode, slope)| part(mode, root * **slope));
             parts.reduce(|a, b| a.plus(&b))
         };
         let position = sum(&|mode, slope| mode.position.scaled(slope));
         let rate = sum(&|mode, slope| mode.rate.scaled(slope / mode.omega_rad_per_s));
-        Norm {
-            smoothing,
-            functions: position.into_iter().chain(rate).collect(),
-        }
-    };
-    together.iter().map(norm).collect()
+        position.into_iter().chain(rate)
+    });
+    functions.collect()
 }
 
 fn end_modes(plant: &dyn Plant, rest: &[f64]) -> Result<Vec<EndMode>, ModesError> {

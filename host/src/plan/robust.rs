@@ -15,8 +15,8 @@ use super::ringing;
 use crate::machine::{Equations, Machine};
 use crate::movefile::{MachineKind, MoveFile, Robust, Scenario};
 use crate::ocp::{
-    Bounds, Differentiable, Driven, Guess, Norms, OptimalControlProblem, Part, Parts, PathRow,
-    Quantity, Solution,
+    Bounds, Differentiable, Driven, Guess, OptimalControlProblem, Part, Parts, PathRow, Quantity,
+    Solution, Squares,
 };
 use crate::simulate::ideal;
 use crate::simulate::modes::ModesError;
@@ -83,11 +83,11 @@ pub fn robust_problem(
         problem.initial.extend(start);
 
         let plant = scenario.machine.plant();
-        let (quantities, norms): (Vec<_>, Vec<_>) =
+        let (quantities, squares): (Vec<_>, Vec<_>) =
             ringing::rows(plant, &file.to, &robust.residuals)?
                 .into_iter()
                 .unzip();
-        let rows = 1 + problem.ends.len()..1 + problem.ends.len() + norms.len();
+        let rows = 1 + problem.ends.len()..1 + problem.ends.len() + squares.len();
         problem
             .ends
             .extend(quantities.into_iter().map(|q| Quantity {
@@ -95,7 +95,7 @@ pub fn robust_problem(
                 ..q
             }));
         ends.push(Part {
-            function: Box::new(Norms::new(norms, 2 * n)),
+            function: Box::new(Squares::new(squares, 2 * n)),
             variables: (states + first..states + first + 2 * n).collect(),
             rows: rows.collect(),
         });
