@@ -184,7 +184,7 @@ fn derivatives_of_several_plants_are_exact() {
         file.limits.torque_speed_knee_rpm = 4000.0;
         file.limits.torque_speed_slope_nm_per_rpm = 0.01;
         let robust = file.robust.clone().expect("a robust move");
-        let problem = robust_problem(&file, &robust).expect("modes");
+        let problem = robust_problem(&file, &robust, None).expect("modes");
         let sizes = problem.sizes;
         let nominal = quintic_guess(&file, 0.07);
         let axes = file.machine.plant().axis_count();

@@ -6,7 +6,7 @@
 //! Review 35, 1993). Limits are drawn in by a margin, so that it ends after finitely many rounds and what is
 //! rounded to f32 still keeps them. That no limit is exceeded is not concluded from the peaks; it is proved afterwards.
 
-use super::{Diagnosis, Effort, Finer, Progress};
+use super::{Diagnosis, Effort, Finer, Progress, robust_problem};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{Iteration, NlpSolver, Outcome, Settings, Start, Status};
 use crate::ocp::{
@@ -69,15 +69,13 @@ impl<'a> Attempt<'a> {
     ) -> Self {
         Self {
             file,
-            problem: Arc::new(match file.solver.limits {
-                LimitsAt::Nodes => problem,
-                LimitsAt::Everywhere => problem.tightened(margin),
-            }),
+            problem: Arc::new(drawn_in(file, problem, margin)),
             margin,
             solver,
             progress,
         }
     }
+
     /// Solves from a first guess and adds what it cost to `effort`.
     pub(super) fn solve(
         &self,
@@ -88,18 +86,21 @@ impl<'a> Attempt<'a> {
         let started = Instant::now();
         let mesh = Mesh::uniform(self.file.mesh.intervals, self.file.mesh.points);
         let scaling = Scaling::automatic(&self.problem, guess);
-        let program = |path: Vec<usize>, samples: &[Sample]| {
-            let problem = Arc::clone(&self.problem);
-            let whole = Transcription::with_scaling(problem, mesh.clone(), scaling.clone());
-            Arc::new(whole.with_path(path).with_samples(samples))
-        };
+        let program =
+            |problem: &Arc<OptimalControlProblem>, path: Vec<usize>, samples: &[Sample]| {
+                let problem = Arc::clone(problem);
+                let whole = Transcription::with_scaling(problem, mesh.clone(), scaling.clone());
+                Arc::new(whole.with_path(path).with_samples(samples))
+            };
         let everywhere = self.file.solver.limits == LimitsAt::Everywhere;
         let mut samples = if everywhere {
             self.grid(&mesh)
         } else {
             Vec::new()
         };
-        let mut transcription = program((0..self.problem.sizes.path).collect(), &samples);
+        let all = (0..self.problem.sizes.path).collect();
+        let mut problem = Arc::clone(&self.problem);
+        let mut transcription = program(&problem, all, &samples);
         let mut start = Start {
             x: transcription.unknowns(guess),
             warm: None,
@@ -139,11 +140,32 @@ impl<'a> Attempt<'a> {
                 });
             }
             renew(&mut samples, &courses, &peaks);
-            let next = program(path, &samples);
+            problem = self.nearer(problem, &solution);
+            let next = program(&problem, path, &samples);
             start = next.start_from(&transcription, &outcome);
             transcription = next;
         }
         unreachable!("the last round returns")
+    }
+
+    /// A robust problem with its bounds on what is left drawn close around a solution; any other as it is.
+    fn nearer(
+        &self,
+        problem: Arc<OptimalControlProblem>,
+        solution: &Solution,
+    ) -> Arc<OptimalControlProblem> {
+        let Some(robust) = self
+            .file
+            .robust
+            .as_ref()
+            .filter(|_| !problem.ends.is_empty())
+        else {
+            return problem;
+        };
+        match robust_problem(self.file, robust, Some(solution)) {
+            Ok(nearer) => Arc::new(drawn_in(self.file, nearer, self.margin)),
+            Err(_) => problem,
+        }
     }
 
     /// One run of the solver.
@@ -244,6 +266,14 @@ impl<'a> Attempt<'a> {
             }
         }
         samples
+    }
+}
+
+/// The problem with its limits drawn in by a margin where they have to hold everywhere.
+fn drawn_in(file: &MoveFile, problem: OptimalControlProblem, margin: f64) -> OptimalControlProblem {
+    match file.solver.limits {
+        LimitsAt::Nodes => problem,
+        LimitsAt::Everywhere => problem.tightened(margin),
     }
 }
 

@@ -221,7 +221,7 @@ pub fn plan(
 /// The problem of a file, for all its plants.
 fn problem(file: &MoveFile) -> Result<OptimalControlProblem, PlanError> {
     Ok(match &file.robust {
-        Some(robust) => robust_problem(file, robust)?,
+        Some(robust) => robust_problem(file, robust, None)?,
         None => move_problem(file),
     })
 }

@@ -21,6 +21,9 @@ use std::f64::consts::TAU;
 /// thousand periods than can be seen.
 const SAME_FREQUENCY: f64 = 1e-5;
 
+/// Least part that a mode is given of a bound.
+const LEAST_PART: f64 = 0.02;
+
 /// A mode at the goal as functions of the end state (q, v).
 struct EndMode {
     omega_rad_per_s: f64,
@@ -30,11 +33,13 @@ struct EndMode {
     rate: Affine,
 }
 
-/// Rows that bound what a plant rings with at the goal: functions of its end state (q, v), with names and bounds.
+/// Rows that bound what a plant rings with at the goal: functions of its end state (q, v), with names and bounds. They are
+/// tight near an end state, if one is given.
 pub(super) fn rows(
     plant: &dyn Plant,
     goal: &[f64],
     residuals: &[(Residual, f64)],
+    near: Option<&[f64]>,
 ) -> Result<Vec<(Quantity, Vec<Affine>)>, ModesError> {
     let rest = plant.rest(goal);
     let modes = end_modes(plant, &rest)?;
@@ -60,7 +65,7 @@ pub(super) fn rows(
                     let slopes: Vec<f64> = slopes.iter().map(|s| s[index]).collect();
                     rows.push((
                         quantity(output.key, bound * bound),
-                        amplitude(&modes, &slopes),
+                        amplitude(&modes, &slopes, near),
                     ));
                 }
             }
@@ -79,23 +84,38 @@ fn quantity(name: &str, bound: f64) -> Quantity {
 
 /// The functions whose squares add up to a bound on the square of an output's amplitude; `slopes` along the modes, which
 /// rise in frequency.
-fn amplitude(modes: &[EndMode], slopes: &[f64]) -> Vec<Affine> {
+///
+/// By Cauchy and Schwarz (Σ A_k)² ≤ Σ A_k²/w_k for all positive parts w_k with Σ w_k = 1, with equality where they are
+/// as the amplitudes A_k.
+fn amplitude(modes: &[EndMode], slopes: &[f64], near: Option<&[f64]>) -> Vec<Affine> {
     let same = |a: &(&EndMode, &f64), b: &(&EndMode, &f64)| {
         b.0.omega_rad_per_s - a.0.omega_rad_per_s <= SAME_FREQUENCY * b.0.omega_rad_per_s
     };
     let modes: Vec<_> = modes.iter().zip(slopes).collect();
-    let together: Vec<_> = modes.chunk_by(same).collect();
-    let root = (together.len() as f64).sqrt();
-    let functions = together.iter().flat_map(|group| {
+    let together = modes.chunk_by(same).map(|group| {
         let sum = |part: &dyn Fn(&EndMode, f64) -> Affine| {
-            let parts = group.iter().map(|(mode, slope)| part(mode, root * **slope));
+            let parts = group.iter().map(|(mode, slope)| part(mode, **slope));
             parts.reduce(|a, b| a.plus(&b))
         };
         let position = sum(&|mode, slope| mode.position.scaled(slope));
         let rate = sum(&|mode, slope| mode.rate.scaled(slope / mode.omega_rad_per_s));
-        position.into_iter().chain(rate)
+        position.into_iter().chain(rate).collect::<Vec<_>>()
     });
-    functions.collect()
+    let together: Vec<Vec<Affine>> = together.collect();
+    let size = |pair: &Vec<Affine>| {
+        let squares = near.map(|end| pair.iter().map(|f| f.at(end).powi(2)).sum::<f64>());
+        squares.map_or(1.0, f64::sqrt)
+    };
+    let sizes: Vec<f64> = together.iter().map(size).collect();
+    let least = (LEAST_PART * sizes.iter().sum::<f64>()).max(f64::MIN_POSITIVE);
+    let all: f64 = sizes.iter().map(|size| size + least).sum();
+    let pairs = together.iter().zip(sizes);
+    pairs
+        .flat_map(|(pair, size)| {
+            let factor = (all / (size + least)).sqrt();
+            pair.iter().map(move |f| f.scaled(factor))
+        })
+        .collect()
 }
 
 fn end_modes(plant: &dyn Plant, rest: &[f64]) -> Result<Vec<EndMode>, ModesError> {

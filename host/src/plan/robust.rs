@@ -27,13 +27,15 @@ use crate::simulate::planned::PlannedPath;
 /// Relative accuracy of a guessed motion: far better than it is guessed.
 const GUESS_TOLERANCE: f64 = 1e-6;
 
-/// The problem of a move that suits all plants of `robust`.
+/// The problem of a move that suits all plants of `robust`; its bounds on what is left are tight near a solution of it, if
+/// one is given.
 ///
 /// # Errors
 /// [`ModesError`] where a plant is singular at the goal.
 pub fn robust_problem(
     file: &MoveFile,
     robust: &Robust,
+    near: Option<&Solution>,
 ) -> Result<OptimalControlProblem, ModesError> {
     let axes = file.machine.plant().axis_count();
     let n = file.machine.plant().coordinate_count();
@@ -83,8 +85,13 @@ pub fn robust_problem(
         problem.initial.extend(start);
 
         let plant = scenario.machine.plant();
+        let end = near.map(|solution| {
+            let last = solution.states.ncols() - 1;
+            let own = solution.states.column(last);
+            own.rows(first, 2 * n).iter().copied().collect::<Vec<f64>>()
+        });
         let (quantities, squares): (Vec<_>, Vec<_>) =
-            ringing::rows(plant, &file.to, &robust.residuals)?
+            ringing::rows(plant, &file.to, &robust.residuals, end.as_deref())?
                 .into_iter()
                 .unzip();
         let rows = 1 + problem.ends.len()..1 + problem.ends.len() + squares.len();
