@@ -9,7 +9,7 @@ use core::convert::Infallible;
 use heapless::Vec;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
-use stillpoint_shared::encode;
+use stillpoint_shared::{decode, encode};
 
 use crate::drive::NoAnswer;
 use crate::{DriveGroup, DriveStatus, Feedback, IdealDrives, Setpoint, State};
@@ -85,7 +85,7 @@ impl ActionReader {
     /// forgotten.
     pub fn take(&mut self, byte: u8) -> Option<Action> {
         let _ = self.bytes.push(byte);
-        match postcard::from_bytes(&self.bytes) {
+        match decode::front(&self.bytes) {
             Err(postcard::Error::DeserializeUnexpectedEnd) => None,
             read => {
                 self.bytes.clear();

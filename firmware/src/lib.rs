@@ -15,7 +15,6 @@
 pub mod accept;
 pub mod bench;
 mod between;
-pub mod board_tick;
 mod buffers;
 pub mod cia402;
 mod comms;
@@ -31,6 +30,7 @@ pub mod pace;
 pub mod path_time;
 pub mod ramp;
 pub mod record;
+mod root;
 pub mod safety_io;
 mod slot;
 pub mod stand_in;

@@ -63,20 +63,21 @@ impl<const AXES: usize> Monitor<AXES> {
 
     /// Judges one tick. Set-points and feedback belong to the same instant.
     ///
-    /// The following error of an axis is judged while its drive is enabled; `enabled` says whether
-    /// all have to be.
+    /// The following error of an axis is judged while its drive is enabled; `enabled` says which
+    /// have to be.
     pub fn check(
         &mut self,
         config: &MonitorConfig,
         setpoints: &[Setpoint; AXES],
         feedback: &[Feedback; AXES],
-        enabled: bool,
+        enabled: &[bool; AXES],
     ) -> Result<(), FaultCause> {
         let axes = setpoints
             .iter()
             .zip(feedback)
+            .zip(enabled)
             .zip(&mut self.peak_following_error_rad);
-        for (axis, ((setpoint, feedback), peak_rad)) in (0u8..).zip(axes) {
+        for (axis, (((setpoint, feedback), &enabled), peak_rad)) in (0u8..).zip(axes) {
             alive(config, axis, feedback)?;
             match feedback.status {
                 DriveStatus::Enabled => {}
@@ -101,15 +102,23 @@ impl<const AXES: usize> Monitor<AXES> {
     }
 }
 
-/// Whether an axis' feedback can be believed at all. The age comes first: what the numbers say that
-/// came too long ago no longer counts.
+/// Whether an axis' feedback can be believed, and its drive is in no fault.
 pub fn alive(config: &MonitorConfig, axis: u8, feedback: &Feedback) -> Result<(), FaultCause> {
+    if let DriveStatus::Fault { code } = feedback.status {
+        return Err(FaultCause::DriveFault { axis, code });
+    }
+    fresh(config, axis, feedback)
+}
+
+/// Whether what an axis measured can be believed. The age comes first: what the numbers say that
+/// came too long ago no longer counts.
+pub(crate) fn fresh(
+    config: &MonitorConfig,
+    axis: u8,
+    feedback: &Feedback,
+) -> Result<(), FaultCause> {
     let limit_ticks = config.feedback_age_ticks;
     match *feedback {
-        Feedback {
-            status: DriveStatus::Fault { code },
-            ..
-        } => Err(FaultCause::DriveFault { axis, code }),
         Feedback { age_ticks, .. } if age_ticks > limit_ticks => Err(FaultCause::FeedbackStale {
             axis,
             age_ticks,

@@ -28,11 +28,13 @@
 //! each axis inside its limits tick by tick, with a and ȧ bounded by τ_max/B and u/B.
 
 use stillpoint_shared::basis::MAX_SUPPORT;
+use stillpoint_shared::config::QUICK_STOP_RAMP_S;
 use stillpoint_shared::status::Quantity;
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
 use stillpoint_shared::{AxisLimits, Limits, Trajectory, lgr};
 
 use crate::nodes::{Nodes, channel, value};
+use crate::root::square_root;
 
 /// Bounds on the change of path speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +45,15 @@ pub struct RampLimits {
     pub jerk_per_s2: f32,
     /// 1/T: σ̇ towards a greater speed, per distance from it, in 1/s.
     pub approach_per_s: f32,
+}
+
+impl RampLimits {
+    /// No move.
+    const NONE: Self = Self {
+        acceleration_per_s: 0.0,
+        jerk_per_s2: 0.0,
+        approach_per_s: 0.0,
+    };
 }
 
 /// What one axis' torque is made of, beside the plan.
@@ -61,6 +72,9 @@ pub struct AxisPace {
 pub struct Pace<const AXES: usize> {
     /// Bounds on the path speed's change.
     pub limits: RampLimits,
+    /// The same for a quick stop, which no setting makes slower than
+    /// [`QUICK_STOP_RAMP_S`].
+    pub stop: RampLimits,
     /// Torques, axis by axis.
     pub axes: [AxisPace; AXES],
 }
@@ -68,11 +82,8 @@ pub struct Pace<const AXES: usize> {
 impl<const AXES: usize> Pace<AXES> {
     /// No move.
     pub(crate) const NONE: Self = Self {
-        limits: RampLimits {
-            acceleration_per_s: 0.0,
-            jerk_per_s2: 0.0,
-            approach_per_s: 0.0,
-        },
+        limits: RampLimits::NONE,
+        stop: RampLimits::NONE,
         axes: [AxisPace {
             inertia_kg_m2: 0.0,
             static_nm: 0.0,
@@ -87,11 +98,9 @@ impl<const AXES: usize> Pace<AXES> {
     #[inline(never)] // Gives its stack back before the buffers change places.
     pub fn of(trajectory: &Trajectory, limits: &Limits, ramp_s: f32) -> Self {
         let mut pace = Self::NONE;
-        let ramp_s = f64::from(ramp_s);
-        // From rest to rest in ramp_s with the least peak of the acceleration: a triangle.
-        let mut acceleration = 2.0 / ramp_s;
-        let mut jerk = 4.0 / (ramp_s * ramp_s);
-        let mut approach_s = ramp_s / 5.0;
+        let mut acceleration = f64::INFINITY;
+        let mut jerk = f64::INFINITY;
+        let mut approach_s = 0.0;
         let all = Torques::of::<AXES>(trajectory);
         let axes = pace.axes.iter_mut().zip(&all).zip(limits.axes());
         for ((pace, torques), limits) in axes {
@@ -107,11 +116,14 @@ impl<const AXES: usize> Pace<AXES> {
             }
             approach_s = larger(approach_s, approach(limits, momentum, torques.largest_nm));
         }
-        pace.limits = RampLimits {
-            acceleration_per_s: acceleration as f32,
-            jerk_per_s2: jerk as f32,
-            approach_per_s: (1.0 / approach_s) as f32,
+        // From rest to rest in ramp_s with the least peak of the acceleration: a triangle.
+        let within = |ramp_s: f64| RampLimits {
+            acceleration_per_s: smaller(2.0 / ramp_s, acceleration) as f32,
+            jerk_per_s2: smaller(4.0 / (ramp_s * ramp_s), jerk) as f32,
+            approach_per_s: (1.0 / larger(ramp_s / 5.0, approach_s)) as f32,
         };
+        pace.limits = within(f64::from(ramp_s));
+        pace.stop = within(smaller(f64::from(ramp_s), f64::from(QUICK_STOP_RAMP_S)));
         pace
     }
 }
@@ -119,7 +131,7 @@ impl<const AXES: usize> Pace<AXES> {
 /// T in s, for |B| up to `momentum` and |A| up to `largest_nm`.
 fn approach(limits: &AxisLimits, momentum: f64, largest_nm: f64) -> f64 {
     let rate = f64::from(limits.torque_rate_nm_per_s);
-    let by_jerk = libm::sqrt(momentum / rate);
+    let by_jerk = f64::from(square_root((momentum / rate) as f32));
     let by_rate = 1.5 * largest_nm / rate;
     let by_torque = momentum / f64::from(limits.torque_nm);
     1.1 * larger(by_jerk, larger(by_rate, by_torque))

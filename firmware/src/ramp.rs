@@ -15,6 +15,7 @@
 
 use crate::pace::RampLimits;
 use crate::path_time::{FULL_SPEED, speed_ratio};
+use crate::root::square_root;
 
 /// Share of u/B that a jerk may take; the rest is the plan's.
 const JERK_SHARE: f32 = 0.6;
@@ -135,7 +136,7 @@ impl Ramp {
             // leaves torque rate, a landing with the jerk that it leaves ends sooner.
             let near = jerk / (limits.approach_per_s * limits.approach_per_s);
             let goal = if distance > near {
-                libm::sqrtf(jerk * (2.0 * distance - near))
+                square_root(jerk * (2.0 * distance - near))
             } else if wanted == FULL_SPEED {
                 distance * limits.approach_per_s
             } else {
@@ -162,7 +163,7 @@ impl Ramp {
 fn landing(distance: f32, jerk_per_s2: f32, period_s: f32) -> f32 {
     // Whole ticks of σ̇, σ̇ − jh, σ̇ − 2jh … add up to σ̇²/2j + σ̇h/2.
     let half = 0.5 * period_s;
-    let root = libm::sqrtf(half * half + 2.0 * distance / jerk_per_s2);
+    let root = square_root(half * half + 2.0 * distance / jerk_per_s2);
     jerk_per_s2 * (root - half)
 }
 

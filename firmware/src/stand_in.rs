@@ -1,10 +1,10 @@
 //! The drive loop while the executor is busy.
 //!
 //! Checking a trajectory takes tens of milliseconds, and so does storing one; both happen at rest
-//! only. The drive loop goes on meanwhile: the drives are told again what they were told last, and
-//! the emergency stop works.
+//! only. The drive loop goes on meanwhile: the drives are told again what they were told last, until
+//! one of them is lost, and the emergency stop works.
 
-use crate::{DriveGroup, Feedback, Setpoint, TickInputs};
+use crate::{DriveGroup, DriveStatus, Feedback, Setpoint, TickInputs};
 
 /// Drives that can be told again what they were told last.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,6 +12,8 @@ pub struct StandIn<D, const N: usize> {
     drives: D,
     /// What they were told; `None` if it was to be safe.
     told: Option<[Setpoint; N]>,
+    /// Which of them followed.
+    enabled: [bool; N],
     stopped: bool,
 }
 
@@ -21,6 +23,7 @@ impl<D: DriveGroup<N>, const N: usize> StandIn<D, N> {
         Self {
             drives,
             told: None,
+            enabled: [false; N],
             stopped: false,
         }
     }
@@ -39,9 +42,16 @@ impl<D: DriveGroup<N>, const N: usize> StandIn<D, N> {
     pub fn tick(&mut self, inputs: &TickInputs) {
         self.stopped |= inputs.emergency_stop;
         match &self.told {
-            // The executor looks at the feedback when it is back.
+            // The executor looks at the feedback when it is back, too late for a drive that is
+            // lost: it would be brought back first.
             Some(setpoints) if !self.stopped => {
-                let _ = self.drives.exchange(setpoints);
+                let lost = self.drives.exchange(setpoints).is_ok_and(|feedback| {
+                    let mut axes = self.enabled.iter().zip(&feedback);
+                    axes.any(|(&enabled, now)| enabled && now.status != DriveStatus::Enabled)
+                });
+                if lost {
+                    self.safe();
+                }
             }
             _ => {
                 self.drives.safe();
@@ -63,7 +73,13 @@ impl<D: DriveGroup<N>, const N: usize> DriveGroup<N> for StandIn<D, N> {
 
     fn exchange(&mut self, setpoints: &[Setpoint; N]) -> Result<[Feedback; N], D::Error> {
         self.told = Some(*setpoints);
-        self.drives.exchange(setpoints)
+        let answer = self.drives.exchange(setpoints);
+        if let Ok(feedback) = &answer {
+            for (enabled, now) in self.enabled.iter_mut().zip(feedback) {
+                *enabled = now.status == DriveStatus::Enabled;
+            }
+        }
+        answer
     }
 
     fn observe(&mut self) -> Result<[Feedback; N], D::Error> {

@@ -27,6 +27,8 @@ struct Script {
     taken: Vec<CanFrame>,
     /// Where the drive says it stands, in increments.
     counts: i32,
+    /// Whether a set-point waits for the wire and lets no other one in.
+    waits: bool,
     answers: VecDeque<CanFrame>,
 }
 
@@ -38,6 +40,9 @@ impl Buses for Scripted {
 
     fn transmit(&mut self, _: usize, frame: &CanFrame) -> Sent {
         let mut script = self.0.borrow_mut();
+        if script.waits && frame.id() == SETPOINT {
+            return Sent::Busy;
+        }
         let line = script.lines.iter().position(|(id, _)| *id == frame.id());
         let sent = line.map_or(Sent::Taken(None), |line| script.lines.remove(line).1);
         if !matches!(sent, Sent::Taken(_)) {
@@ -73,6 +78,26 @@ impl Buses for Scripted {
         let answer = self.0.borrow_mut().answers.pop_front();
         answer.map_or(Received::Nothing, Received::Frame)
     }
+
+    fn take_back(&mut self, _: usize, id: u16) {
+        let mut script = self.0.borrow_mut();
+        script.waits &= id != SETPOINT;
+    }
+}
+
+#[test]
+fn a_set_point_that_waits_does_not_hold_up_the_end_of_the_torque() {
+    let (mut group, controller) = before_set_points();
+    group.exchange(&[Setpoint::default()]).unwrap();
+    controller.0.borrow_mut().taken.clear();
+    controller.0.borrow_mut().waits = true;
+    group.safe();
+    let taken = controller.0.borrow().taken.clone();
+    let disable_voltage = taken.iter().find(|frame| frame.id() == SETPOINT);
+    assert_eq!(
+        disable_voltage.map(|frame| &frame.data()[..2]),
+        Some(&[0, 0][..])
+    );
 }
 
 /// A group and its controller, operational and just before a tick in which set-points are sent.

@@ -22,8 +22,8 @@ fn axes() -> [AxisDrive; AXES] {
     })
 }
 
-/// Executor and drives, armed and at the first node.
-fn armed() -> (Executor<AXES>, Rig<AXES, 1>) {
+/// Executor and drives that stand at the first node, in operation.
+fn ready() -> (Executor<AXES>, Rig<AXES, 1>) {
     let mut rig = Rig::<AXES, 1>::new(every(2_000), axes());
     rig.drives(|drive| drive.traits.largest_step = 20_000);
     let mut config = Config::default();
@@ -39,6 +39,12 @@ fn armed() -> (Executor<AXES>, Rig<AXES, 1>) {
         );
         executor.tick(&mut rig, &FINE);
     }
+    (executor, rig)
+}
+
+/// The same, armed and started.
+fn armed() -> (Executor<AXES>, Rig<AXES, 1>) {
+    let (mut executor, mut rig) = ready();
     executor.arm().unwrap();
     while executor.start(&executor.start_request()).is_err() {
         assert_eq!(executor.tick(&mut rig, &FINE).fault, None);
@@ -195,4 +201,35 @@ fn feedback_that_stays_away_stops_the_move() {
         limit_ticks,
     };
     assert_eq!(executor.fault().map(|fault| fault.cause), Some(cause));
+}
+
+#[test]
+fn an_armed_drive_that_lost_its_torque_is_not_switched_on_again() {
+    let (mut executor, mut rig) = ready();
+    executor.arm().unwrap();
+    for _ in 0..400 {
+        assert_eq!(executor.tick(&mut rig, &FINE).fault, None);
+    }
+    assert_eq!(
+        rig.drives(|drive| drive.state),
+        [Pds::OperationEnabled; AXES]
+    );
+    // Its safe torque off opens, the axis is pushed away, and it closes again.
+    rig.drive(0, |drive| {
+        drive.state = Pds::SwitchOnDisabled;
+        drive.push(20_000);
+    });
+    let stands = rig.drive(0, |drive| drive.counts());
+    for _ in 0..4_000 {
+        executor.tick(&mut rig, &FINE);
+    }
+    assert_eq!(
+        executor.fault().map(|fault| fault.cause),
+        Some(FaultCause::DriveDisabled { axis: 0 })
+    );
+    assert_eq!(
+        rig.drives(|drive| drive.state),
+        [Pds::SwitchOnDisabled; AXES]
+    );
+    assert_eq!(rig.drive(0, |drive| drive.counts()), stands);
 }

@@ -556,6 +556,10 @@ fn feedback_that_is_missing_or_mapped_otherwise_is_told() {
     rig.drive(0, |drive| drive.traits.sends_feedback = false);
     assert_eq!(statuses(rig.off_for_ms(900)), [fault(0x8130)]);
     assert_eq!(rig.report(0).trouble, Some(Trouble::NoFeedback));
+    // The command to start may be lost, so it is given again every 100 ms for half a second.
+    let is_start = |frame: &&Raw| frame.id == 0 && frame.data() == [1, 5];
+    let starts = rig.taken().iter().filter(is_start).count();
+    assert!((5..=6).contains(&starts), "{starts}");
 
     let axis = AxisDrive {
         mapping: Mapping::Preset,

@@ -396,12 +396,77 @@ fn impossible_configurations_are_refused() {
         made(limits(), config),
         Some(ConfigError::Value {
             field: ConfigField::PeriodTicks,
-            value: 0.0
+            value: 0.0,
+            most: 100_000.0
         })
     );
     let mut config = Config::default();
     config.monitor.following_lag_s = f32::NAN;
     assert!(made(limits(), config).is_some());
+}
+
+#[test]
+fn settings_that_would_blind_a_monitor_are_refused_with_their_bound() {
+    type Set = fn(&mut Config, f32);
+    let settings: [(ConfigField, Set, f32); 8] = [
+        (
+            ConfigField::ApproachSpeed,
+            |config, value| config.approach_speed_rad_per_s = value,
+            1.0,
+        ),
+        (
+            ConfigField::StandstillSpeed,
+            |config, value| config.standstill_speed_rad_per_s = value,
+            1.0,
+        ),
+        (
+            ConfigField::RampTime,
+            |config, value| config.ramp_s = value,
+            1.0,
+        ),
+        (
+            ConfigField::StartTolerance,
+            |config, value| config.accept.start_tolerance_rad = value,
+            0.1,
+        ),
+        (
+            ConfigField::FollowingAtRest,
+            |config, value| config.monitor.following_at_rest_rad = value,
+            1.0,
+        ),
+        (
+            ConfigField::FollowingLag,
+            |config, value| config.monitor.following_lag_s = value,
+            0.1,
+        ),
+        (
+            ConfigField::FeedbackAge,
+            |config, value| config.monitor.feedback_age_ticks = value as u16,
+            20.0,
+        ),
+        (
+            ConfigField::BusyLimit,
+            |config, value| config.monitor.busy_limit_ticks = value as u32,
+            DRIVE_PERIOD_TICKS as f32,
+        ),
+    ];
+    for (field, set, most) in settings {
+        let mut config = Config::default();
+        set(&mut config, most);
+        assert_eq!(config.check(), Ok(()), "{field}");
+        for value in [most + 1.0, 60_000.0] {
+            set(&mut config, value);
+            let refused = ConfigError::Value { field, value, most };
+            assert_eq!(config.check(), Err(refused));
+            let words = refused.to_string();
+            assert!(
+                [field.to_string(), value.to_string(), most.to_string()]
+                    .iter()
+                    .all(|part| words.contains(part)),
+                "{words}"
+            );
+        }
+    }
 }
 
 #[test]

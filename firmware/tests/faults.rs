@@ -73,14 +73,10 @@ fn cases() -> Vec<Case> {
                 limit_ticks: 2,
             },
         ),
-        Case {
-            // An armed drive may still be on its way to being enabled.
-            at_once: &[Running, Holding, Held, Done, Stopping],
-            ..case(
-                |_, drives, _| drives.spoil(|feedback| feedback[0].status = DriveStatus::Disabled),
-                FaultCause::DriveDisabled { axis: 0 },
-            )
-        },
+        case(
+            |_, drives, _| drives.spoil(|feedback| feedback[0].status = DriveStatus::Disabled),
+            FaultCause::DriveDisabled { axis: 0 },
+        ),
         Case {
             at_once: &[Running, Holding, Held, Stopping],
             ..case(

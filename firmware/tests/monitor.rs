@@ -40,7 +40,7 @@ fn the_following_error_limit_ramps_with_speed_and_its_peak_is_kept() {
             at(1.0, DriveStatus::Enabled),
             at(1.0 + error, DriveStatus::Enabled),
         ];
-        let found = monitor.check(&config, &[setpoint; AXES], &feedback, true);
+        let found = monitor.check(&config, &[setpoint; AXES], &feedback, &[true; AXES]);
         assert_eq!(
             found.is_ok(),
             allowed,
@@ -61,12 +61,12 @@ fn a_disabled_drive_is_a_fault_only_where_it_has_to_follow() {
     let mut monitor = Monitor::<AXES>::default();
     let config = MonitorConfig::default();
     assert_eq!(
-        monitor.check(&config, &[far; AXES], &feedback, false),
+        monitor.check(&config, &[far; AXES], &feedback, &[false; AXES]),
         Ok(())
     );
-    let disabled = Err(FaultCause::DriveDisabled { axis: 0 });
+    let disabled = Err(FaultCause::DriveDisabled { axis: 1 });
     assert_eq!(
-        monitor.check(&config, &[far; AXES], &feedback, true),
+        monitor.check(&config, &[far; AXES], &feedback, &[false, true]),
         disabled
     );
 }

@@ -103,3 +103,17 @@ fn a_broken_bus_is_left_to_the_executor() {
     drives.tick(&WELL);
     assert_eq!(statuses(&mut drives), [DriveStatus::Enabled; 2]);
 }
+
+#[test]
+fn a_drive_that_is_lost_is_not_brought_back() {
+    let mut drives = following();
+    drives.drives_mut().act(Action::SwitchOff { axis: 1 });
+    drives.tick(&WELL);
+    drives.drives_mut().act(Action::Repair);
+    drives.drives_mut().take_sent();
+    for _ in 0..2 * ENABLING_TICKS {
+        drives.tick(&WELL);
+        assert_eq!(drives.drives_mut().take_sent(), None);
+        assert_eq!(statuses(&mut drives), [DriveStatus::Disabled; 2]);
+    }
+}

@@ -3,11 +3,11 @@
 
 mod common;
 
-use common::{AXES, Drives, FINE, begin, brought_to};
+use common::{AXES, Drives, FINE, begin, brought_to, limits, start, trajectory};
 use stillpoint_firmware::path_time::FULL_SPEED;
 use stillpoint_firmware::{
-    CommsPolicy, DriveStatus, Executor, FaultCause, HoldReason, Refusal, StartRequest, State,
-    TickInputs,
+    CommsPolicy, Config, DriveStatus, Executor, FaultCause, HoldReason, Refusal, StartRequest,
+    State, TickInputs,
 };
 
 /// 100 ticks into the move.
@@ -36,6 +36,41 @@ fn stays_off(executor: &mut Executor<AXES>, drives: &mut Drives) {
     assert_eq!(drives.exchanges, exchanges, "no set-point");
     executor.clear().unwrap();
     assert_eq!((executor.state(), executor.fault()), (State::Ready, None));
+}
+
+#[test]
+fn no_setting_makes_a_quick_stop_slower_but_a_hold_takes_its_time() {
+    let mut ticks = [0.02, 1.0].map(|ramp_s| {
+        let slowed = |stop: fn(&mut Executor<AXES>)| {
+            let config = Config {
+                ramp_s,
+                ..Config::default()
+            };
+            let mut executor = Executor::new(limits(), config).unwrap();
+            let mut drives = Drives::at(&start());
+            executor.tick(&mut drives, &FINE);
+            executor.load(&trajectory(), &start()).unwrap();
+            executor.arm().unwrap();
+            executor.tick(&mut drives, &FINE);
+            executor.start(&executor.start_request()).unwrap();
+            for _ in 0..60 {
+                executor.tick(&mut drives, &FINE);
+            }
+            stop(&mut executor);
+            (0..)
+                .take_while(|_| executor.tick(&mut drives, &FINE).path_speed > 0)
+                .count()
+        };
+        [
+            slowed(Executor::quick_stop),
+            slowed(|executor| executor.hold().unwrap()),
+        ]
+    });
+    let [[quick, hold], [quick_still, slow_hold]] = &mut ticks;
+    assert_eq!(quick, quick_still);
+    // 20 ms are 80 ticks; the slow hold does not stand before the end of the move.
+    assert!(*quick < 120 && *hold == *quick, "{quick}, {hold}");
+    assert!(*slow_hold > *quick, "{slow_hold}");
 }
 
 #[test]
@@ -359,6 +394,6 @@ fn starts_that_mean_something_else_are_refused_with_both_hashes() {
         Err(Refusal::Override { percent: 101 })
     );
     // An upload that waits changes nothing about what a start means.
-    begin(&mut executor, &common::trajectory());
+    begin(&mut executor, &trajectory());
     executor.start(&request).unwrap();
 }

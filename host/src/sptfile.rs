@@ -13,7 +13,7 @@
 
 use crate::certify::{Certificate, Coordinates};
 use serde::{Deserialize, Serialize};
-use stillpoint_shared::hash::CRC_32;
+use stillpoint_shared::crc::Crc32;
 use stillpoint_shared::trajectory::MAX_ENCODED_BYTES;
 use stillpoint_shared::{Trajectory, TrajectoryError};
 
@@ -126,7 +126,7 @@ impl Section {
         if let Some(place) = bytes.get_mut(5..HEAD_BYTES) {
             place.copy_from_slice(&length.to_le_bytes());
         }
-        let sum = CRC_32.checksum(&bytes);
+        let sum = Crc32::of(&bytes);
         bytes.extend(sum.to_le_bytes());
         bytes
     }
@@ -154,7 +154,7 @@ impl Section {
         }
         let (body, sum) = rest.split_last_chunk::<4>().ok_or(too_short(expected))?;
         let stored = u32::from_le_bytes(*sum);
-        let computed = CRC_32.checksum(&bytes[..found - 4]);
+        let computed = Crc32::of(&bytes[..found - 4]);
         if stored != computed {
             return Err(SectionError::CheckSum { stored, computed });
         }

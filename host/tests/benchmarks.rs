@@ -5,7 +5,7 @@ use std::sync::Arc;
 use stillpoint::benchmarks::{Approach, Measured, RunError, all, named, run};
 use stillpoint::nlp::{Pounce, Settings, Status};
 use stillpoint::ocp::{
-    Answer, Guess, Hamiltonian, Mesh, RefineEnd, RefineSettings, Side, bang_bang, refine,
+    Answer, Guess, HamiltonianAt, Mesh, RefineEnd, RefineSettings, Side, bang_bang, refine,
 };
 
 const TOLERANCE: f64 = 1e-7;
@@ -155,7 +155,7 @@ fn costates_satisfy_pontryagins_conditions() {
             column(&answer.solution.states),
             column(&answer.solution.controls),
         );
-        let here = Hamiltonian::at(&problem, &x, &u, &column(&answer.costates.values));
+        let here = HamiltonianAt::at(&problem, &x, &u, &column(&answer.costates.values));
         assert!((here.value + 1.0).abs() < 1e-7, "{point}: {here:?}");
         assert!(here.by_control[0].abs() < 1e-7, "{point}: {here:?}");
     }
@@ -212,12 +212,12 @@ fn refinement_says_why_it_ends() {
         let go_on = |_: &_, _: &_| ControlFlow::Continue(());
         refine(&problem, mesh, &benchmark.guess, &Pounce, &settings, go_on)
     };
-    let refined = end(30, 40, 500);
+    let refined = end(20, 40, 500);
     let RefineEnd::Capacity { intervals, .. } = refined.end else {
         panic!("{:?}", refined.end);
     };
-    assert!(intervals > 30);
-    assert!(refined.log.iter().all(|mesh| mesh.intervals <= 30));
+    assert!(intervals > 20);
+    assert!(refined.log.iter().all(|mesh| mesh.intervals <= 20));
     let refined = end(1000, 3, 500);
     assert_eq!((refined.end, refined.log.len()), (RefineEnd::Meshes, 3));
     let refined = end(1000, 40, 1);
@@ -276,6 +276,7 @@ fn the_estimate_is_of_the_size_of_the_error() {
         controls: vec![],
         path: vec![],
         ends: vec![],
+        rates: vec![],
         initial: vec![Bounds::fixed(1.0)],
         terminal: vec![Bounds::FREE],
         duration_s: Bounds::fixed(2.0),

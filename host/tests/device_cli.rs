@@ -209,6 +209,31 @@ fn limits_and_settings_are_sent_and_shown() {
     );
 }
 
+/// The example of the docs is one that a board takes.
+#[test]
+fn drives_are_sent_as_in_the_docs_and_shown_in_the_same_form() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/board.md");
+    let page = std::fs::read_to_string(page).expect("the docs");
+    let (_, example) = page.split_once("```toml\n").expect("an example");
+    let (example, _) = example.split_once("```").expect("its end");
+    let drives = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("drives.toml");
+    std::fs::write(&drives, example).expect("written");
+    let path = drives.display().to_string();
+    let output = device(&["config", "--drives", &path, "--port", "sim:"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let shown = text(&output.stdout);
+    let parsed = |text: &str| text.parse::<toml::Table>().expect("TOML");
+    assert_eq!(parsed(&shown), parsed(example));
+
+    std::fs::write(&drives, example.replace("node = 3", "node = 2")).expect("written");
+    let words = refusal(&["config", "--drives", &path, "--port", "sim:"]);
+    assert!(words.contains("node id 2"), "{words}");
+
+    // A new board has none, and says where to find one.
+    let output = device(&["config", "--port", "sim:"]);
+    assert!(text(&output.stdout).contains("docs/board.md#drive-configuration"));
+}
+
 #[test]
 fn ports_that_are_absent_busy_or_unknown_say_so() {
     let words = refusal(&["status"]);

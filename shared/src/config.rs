@@ -15,13 +15,16 @@ pub struct Config {
     /// Measured speed in rad/s below which an axis stands: then a hold is reported done.
     pub standstill_speed_rad_per_s: f32,
     /// Shortest time in s from full path speed to none and back; most moves need longer, see
-    /// the firmware's `pace`.
+    /// the firmware's `pace`. A quick stop takes [`QUICK_STOP_RAMP_S`] where this is more.
     pub ramp_s: f32,
     /// What a trajectory is checked for.
     pub accept: AcceptConfig,
     /// What the feedback is watched for.
     pub monitor: MonitorConfig,
 }
+
+/// Greatest `ramp_s` of a quick stop, in s.
+pub const QUICK_STOP_RAMP_S: f32 = 0.02;
 
 impl Default for Config {
     /// 4 kHz; creeping at 0.05 rad/s, standing below 0.1 rad/s, ramps of 20 ms.
@@ -30,7 +33,7 @@ impl Default for Config {
             period_ticks: DRIVE_PERIOD_TICKS,
             approach_speed_rad_per_s: 0.05,
             standstill_speed_rad_per_s: 0.1,
-            ramp_s: 0.02,
+            ramp_s: QUICK_STOP_RAMP_S,
             accept: AcceptConfig::default(),
             monitor: MonitorConfig::default(),
         }
@@ -56,33 +59,36 @@ impl Config {
         },
     };
 
-    /// Whether an executor can play like this.
+    /// Whether an executor can play like this, and whether it is watched: what is allowed has a
+    /// bound, far above what a machine needs, beyond which a monitor would see nothing any more.
     pub fn check(&self) -> Result<(), ConfigError> {
         use ConfigField as Field;
-        for (field, value, positive) in [
-            (Field::PeriodTicks, self.period_ticks as f32, true),
-            (Field::ApproachSpeed, self.approach_speed_rad_per_s, false),
+        let Self {
+            period_ticks,
+            accept,
+            monitor,
+            ..
+        } = self;
+        let period = *period_ticks as f32;
+        for (field, value, most) in [
+            (Field::PeriodTicks, period, 100_000.0),
+            (Field::ApproachSpeed, self.approach_speed_rad_per_s, 1.0),
+            (Field::StandstillSpeed, self.standstill_speed_rad_per_s, 1.0),
+            (Field::RampTime, self.ramp_s, 1.0),
+            (Field::StartTolerance, accept.start_tolerance_rad, 0.1),
+            (Field::FollowingAtRest, monitor.following_at_rest_rad, 1.0),
+            (Field::FollowingLag, monitor.following_lag_s, 0.1),
             (
-                Field::StandstillSpeed,
-                self.standstill_speed_rad_per_s,
-                false,
+                Field::FeedbackAge,
+                f32::from(monitor.feedback_age_ticks),
+                20.0,
             ),
-            (Field::RampTime, self.ramp_s, true),
-            (
-                Field::StartTolerance,
-                self.accept.start_tolerance_rad,
-                false,
-            ),
-            (
-                Field::FollowingAtRest,
-                self.monitor.following_at_rest_rad,
-                false,
-            ),
-            (Field::FollowingLag, self.monitor.following_lag_s, false),
+            (Field::BusyLimit, monitor.busy_limit_ticks as f32, period),
         ] {
-            let in_range = value >= 0.0 && !(positive && value == 0.0);
-            if !(value.is_finite() && in_range) {
-                return Err(ConfigError::Value { field, value });
+            let positive = matches!(field, Field::PeriodTicks | Field::RampTime);
+            let least = if positive { f32::MIN_POSITIVE } else { 0.0 };
+            if !(value >= least && value <= most) {
+                return Err(ConfigError::Value { field, value, most });
             }
         }
         Ok(())

@@ -2,8 +2,9 @@
 //!
 //! The one serializer of the board, for frames, check sums and the store. Postcard's own is another
 //! piece of code for every place its bytes go to, and takes an index on trust that a compiler for
-//! size does not see through: a board's image would be larger, and not free of panics. Bytes are
-//! read with postcard itself.
+//! size does not see through: a board's image would be larger, and not free of panics. Here a sink
+//! that takes no more is noted and nothing else goes wrong, so that no field has to be followed by a
+//! question whether it did. Bytes are read with postcard itself.
 //!
 //! Format: <https://postcard.jamesmunns.com/wire-format>.
 
@@ -16,8 +17,17 @@ use serde::ser::{
 
 /// Gives the bytes of `value` to `sink`, piece by piece, until it takes no more; returns whether it
 /// took all. Every list must know its length before.
+///
+/// # Panics
+/// If the type's own `Serialize` has an error to report; no type of the wire has. On a board, the
+/// image would not link.
 pub fn encode<T: Serialize + ?Sized>(value: &T, sink: &mut dyn FnMut(&[u8]) -> bool) -> bool {
-    value.serialize(&mut Encoder(sink)).is_ok()
+    let mut encoder = Encoder {
+        sink,
+        refused: false,
+    };
+    let Ok(()) = value.serialize(&mut encoder);
+    !encoder.refused
 }
 
 /// Writes the bytes of `value` into `buffer` and returns the part used; `None` if it is too small.
@@ -40,44 +50,45 @@ pub fn to_slice<'b, T: Serialize + ?Sized>(
     if fits { buffer.get_mut(..end) } else { None }
 }
 
-struct Encoder<'s>(&'s mut dyn FnMut(&[u8]) -> bool);
+struct Encoder<'s> {
+    sink: &'s mut dyn FnMut(&[u8]) -> bool,
+    /// The sink took no more, or a list did not know its length.
+    refused: bool,
+}
 
-/// The sink takes no more, or a list does not know its length.
+/// The error of the encoder, which has none.
 #[derive(Debug)]
-struct Refused;
+enum Never {}
 
-impl fmt::Display for Refused {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("no room for the bytes, or a list of unknown length")
+impl fmt::Display for Never {
+    fn fmt(&self, _: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {}
     }
 }
 
-impl core::error::Error for Refused {}
+impl core::error::Error for Never {}
 
-impl Error for Refused {
-    fn custom<T: fmt::Display>(_: T) -> Self {
-        Self
+impl Error for Never {
+    fn custom<T: fmt::Display>(error: T) -> Self {
+        unreachable!("{error}")
     }
 }
 
 impl Encoder<'_> {
     #[inline(never)]
-    fn put(&mut self, bytes: &[u8]) -> Result<(), Refused> {
-        if (self.0)(bytes) {
-            Ok(())
-        } else {
-            Err(Refused)
-        }
+    fn put(&mut self, bytes: &[u8]) -> Result<(), Never> {
+        self.refused = self.refused || !(self.sink)(bytes);
+        Ok(())
     }
 
     /// Seven bits per byte, the lowest first; the highest bit says that more follow.
     #[inline(never)]
-    fn varint(&mut self, value: u32) -> Result<(), Refused> {
+    fn varint(&mut self, value: u32) -> Result<(), Never> {
         self.long_varint(value.into())
     }
 
     #[inline(never)]
-    fn long_varint(&mut self, mut value: u64) -> Result<(), Refused> {
+    fn long_varint(&mut self, mut value: u64) -> Result<(), Never> {
         while value >= 0x80 {
             self.put(&[value as u8 | 0x80])?;
             value >>= 7;
@@ -86,18 +97,19 @@ impl Encoder<'_> {
     }
 
     /// Signed ones with the sign in the lowest bit.
-    fn zigzag(&mut self, value: i64) -> Result<(), Refused> {
+    fn zigzag(&mut self, value: i64) -> Result<(), Never> {
         self.long_varint((value << 1 ^ value >> 63) as u64)
     }
 
-    fn length(&mut self, length: Option<usize>) -> Result<(), Refused> {
-        self.varint(length.ok_or(Refused)? as u32)
+    fn length(&mut self, length: Option<usize>) -> Result<(), Never> {
+        self.refused |= length.is_none();
+        self.varint(length.unwrap_or(0) as u32)
     }
 }
 
 impl<'e, 's> Serializer for &'e mut Encoder<'s> {
     type Ok = ();
-    type Error = Refused;
+    type Error = Never;
     type SerializeSeq = Self;
     type SerializeTuple = Self;
     type SerializeTupleStruct = Self;
@@ -110,77 +122,77 @@ impl<'e, 's> Serializer for &'e mut Encoder<'s> {
         false
     }
 
-    fn serialize_bool(self, v: bool) -> Result<(), Refused> {
+    fn serialize_bool(self, v: bool) -> Result<(), Never> {
         self.put(&[v.into()])
     }
 
-    fn serialize_i8(self, v: i8) -> Result<(), Refused> {
+    fn serialize_i8(self, v: i8) -> Result<(), Never> {
         self.put(&v.to_le_bytes())
     }
 
-    fn serialize_i16(self, v: i16) -> Result<(), Refused> {
+    fn serialize_i16(self, v: i16) -> Result<(), Never> {
         self.zigzag(v.into())
     }
 
-    fn serialize_i32(self, v: i32) -> Result<(), Refused> {
+    fn serialize_i32(self, v: i32) -> Result<(), Never> {
         self.zigzag(v.into())
     }
 
-    fn serialize_i64(self, v: i64) -> Result<(), Refused> {
+    fn serialize_i64(self, v: i64) -> Result<(), Never> {
         self.zigzag(v)
     }
 
-    fn serialize_u8(self, v: u8) -> Result<(), Refused> {
+    fn serialize_u8(self, v: u8) -> Result<(), Never> {
         self.put(&[v])
     }
 
-    fn serialize_u16(self, v: u16) -> Result<(), Refused> {
+    fn serialize_u16(self, v: u16) -> Result<(), Never> {
         self.varint(v.into())
     }
 
-    fn serialize_u32(self, v: u32) -> Result<(), Refused> {
+    fn serialize_u32(self, v: u32) -> Result<(), Never> {
         self.varint(v)
     }
 
-    fn serialize_u64(self, v: u64) -> Result<(), Refused> {
+    fn serialize_u64(self, v: u64) -> Result<(), Never> {
         self.long_varint(v)
     }
 
-    fn serialize_f32(self, v: f32) -> Result<(), Refused> {
+    fn serialize_f32(self, v: f32) -> Result<(), Never> {
         self.put(&v.to_le_bytes())
     }
 
-    fn serialize_f64(self, v: f64) -> Result<(), Refused> {
+    fn serialize_f64(self, v: f64) -> Result<(), Never> {
         self.put(&v.to_le_bytes())
     }
 
-    fn serialize_char(self, v: char) -> Result<(), Refused> {
+    fn serialize_char(self, v: char) -> Result<(), Never> {
         self.serialize_str(v.encode_utf8(&mut [0; 4]))
     }
 
-    fn serialize_str(self, v: &str) -> Result<(), Refused> {
+    fn serialize_str(self, v: &str) -> Result<(), Never> {
         self.serialize_bytes(v.as_bytes())
     }
 
-    fn serialize_bytes(self, v: &[u8]) -> Result<(), Refused> {
+    fn serialize_bytes(self, v: &[u8]) -> Result<(), Never> {
         self.length(Some(v.len()))?;
         self.put(v)
     }
 
-    fn serialize_none(self) -> Result<(), Refused> {
+    fn serialize_none(self) -> Result<(), Never> {
         self.put(&[0])
     }
 
-    fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Result<(), Refused> {
+    fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Result<(), Never> {
         self.put(&[1])?;
         value.serialize(self)
     }
 
-    fn serialize_unit(self) -> Result<(), Refused> {
+    fn serialize_unit(self) -> Result<(), Never> {
         Ok(())
     }
 
-    fn serialize_unit_struct(self, _: &'static str) -> Result<(), Refused> {
+    fn serialize_unit_struct(self, _: &'static str) -> Result<(), Never> {
         Ok(())
     }
 
@@ -189,7 +201,7 @@ impl<'e, 's> Serializer for &'e mut Encoder<'s> {
         _: &'static str,
         index: u32,
         _: &'static str,
-    ) -> Result<(), Refused> {
+    ) -> Result<(), Never> {
         self.varint(index)
     }
 
@@ -197,7 +209,7 @@ impl<'e, 's> Serializer for &'e mut Encoder<'s> {
         self,
         _: &'static str,
         value: &T,
-    ) -> Result<(), Refused> {
+    ) -> Result<(), Never> {
         value.serialize(self)
     }
 
@@ -207,21 +219,21 @@ impl<'e, 's> Serializer for &'e mut Encoder<'s> {
         index: u32,
         _: &'static str,
         value: &T,
-    ) -> Result<(), Refused> {
+    ) -> Result<(), Never> {
         self.varint(index)?;
         value.serialize(self)
     }
 
-    fn serialize_seq(self, length: Option<usize>) -> Result<Self, Refused> {
+    fn serialize_seq(self, length: Option<usize>) -> Result<Self, Never> {
         self.length(length)?;
         Ok(self)
     }
 
-    fn serialize_tuple(self, _: usize) -> Result<Self, Refused> {
+    fn serialize_tuple(self, _: usize) -> Result<Self, Never> {
         Ok(self)
     }
 
-    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Self, Refused> {
+    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Self, Never> {
         Ok(self)
     }
 
@@ -231,17 +243,17 @@ impl<'e, 's> Serializer for &'e mut Encoder<'s> {
         index: u32,
         _: &'static str,
         _: usize,
-    ) -> Result<Self, Refused> {
+    ) -> Result<Self, Never> {
         self.varint(index)?;
         Ok(self)
     }
 
-    fn serialize_map(self, length: Option<usize>) -> Result<Self, Refused> {
+    fn serialize_map(self, length: Option<usize>) -> Result<Self, Never> {
         self.length(length)?;
         Ok(self)
     }
 
-    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self, Refused> {
+    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self, Never> {
         Ok(self)
     }
 
@@ -251,13 +263,13 @@ impl<'e, 's> Serializer for &'e mut Encoder<'s> {
         index: u32,
         _: &'static str,
         _: usize,
-    ) -> Result<Self, Refused> {
+    ) -> Result<Self, Never> {
         self.varint(index)?;
         Ok(self)
     }
 
-    fn collect_str<T: fmt::Display + ?Sized>(self, _: &T) -> Result<(), Refused> {
-        Err(Refused)
+    fn collect_str<T: fmt::Display + ?Sized>(self, _: &T) -> Result<(), Never> {
+        self.length(None)
     }
 }
 
@@ -266,13 +278,13 @@ macro_rules! one_after_the_other {
     ($($of:ident, $element:ident $(($key:ty))?;)*) => {$(
         impl $of for &mut Encoder<'_> {
             type Ok = ();
-            type Error = Refused;
+            type Error = Never;
 
-            fn $element<T: Serialize + ?Sized>(&mut self, $(_: $key,)? value: &T) -> Result<(), Refused> {
+            fn $element<T: Serialize + ?Sized>(&mut self, $(_: $key,)? value: &T) -> Result<(), Never> {
                 value.serialize(&mut **self)
             }
 
-            fn end(self) -> Result<(), Refused> {
+            fn end(self) -> Result<(), Never> {
                 Ok(())
             }
         }
@@ -290,17 +302,17 @@ one_after_the_other! {
 
 impl SerializeMap for &mut Encoder<'_> {
     type Ok = ();
-    type Error = Refused;
+    type Error = Never;
 
-    fn serialize_key<T: Serialize + ?Sized>(&mut self, key: &T) -> Result<(), Refused> {
+    fn serialize_key<T: Serialize + ?Sized>(&mut self, key: &T) -> Result<(), Never> {
         key.serialize(&mut **self)
     }
 
-    fn serialize_value<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Refused> {
+    fn serialize_value<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Never> {
         value.serialize(&mut **self)
     }
 
-    fn end(self) -> Result<(), Refused> {
+    fn end(self) -> Result<(), Never> {
         Ok(())
     }
 }

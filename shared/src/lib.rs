@@ -15,6 +15,8 @@
 pub mod assembly;
 pub mod basis;
 pub mod config;
+pub mod crc;
+pub mod decode;
 pub mod drive_config;
 pub mod drive_error;
 pub mod encode;

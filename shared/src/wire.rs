@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::MAX_AXES;
+use crate::decode;
 use crate::encode::encode;
 use crate::trajectory::{
     FORMAT_VERSION, Header, MAGIC, MAX_INTERVALS, Trajectory, TrajectoryError,
@@ -68,7 +69,7 @@ impl<'a> Reader<'a> {
     }
 
     fn take<T: Deserialize<'a>>(&mut self) -> Result<T, TrajectoryError> {
-        match postcard::take_from_bytes(self.rest) {
+        match decode::take(self.rest) {
             Ok((value, rest)) => {
                 self.rest = rest;
                 Ok(value)

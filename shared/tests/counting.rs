@@ -59,6 +59,16 @@ fn texts(axis: u8, interval: u8) -> Vec<String> {
             error_rad: 9.5,
             limit_rad: 9.5,
         },
+        FaultCause::LeftStart {
+            axis,
+            distance_rad: 9.5,
+            tolerance_rad: 9.5,
+        },
+        FaultCause::NotEnabled {
+            axis,
+            waited_ticks: 77,
+            limit_ticks: 77,
+        },
     ];
     texts.extend(causes.map(|cause| cause.to_string()));
     let refusals = [

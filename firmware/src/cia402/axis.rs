@@ -185,7 +185,7 @@ impl Axis {
                 let again = self
                     .started_ticks
                     .is_multiple_of(self.times.sdo_ticks.max(1));
-                if again && self.measured.is_none() {
+                if again {
                     self.outbox.nmt = Some(NmtCommand::Start.bytes(self.drive.node));
                 }
                 if self.started_ticks > self.times.start_ticks {

@@ -38,8 +38,14 @@ pub enum Received {
     Failed,
 }
 
-/// The buses of a group of drives: a tuple of one or two that implement
-/// [`embedded_can::nb::Can`], or an array of equal ones.
+/// A CAN controller that can take a frame back.
+pub trait Controller: Can {
+    /// Takes the frames with this identifier back that wait in a mailbox. One that is on the wire
+    /// may still arrive.
+    fn take_back(&mut self, id: u16);
+}
+
+/// The buses of a group of drives: a tuple of one or two [`Controller`]s, or an array of equal ones.
 pub trait Buses {
     /// Number of buses.
     const COUNT: usize;
@@ -49,9 +55,12 @@ pub trait Buses {
 
     /// Fetches a frame from bus number `bus`, without waiting.
     fn receive(&mut self, bus: usize) -> Received;
+
+    /// Takes the frames with this identifier back that wait in a mailbox of bus number `bus`.
+    fn take_back(&mut self, bus: usize, id: u16);
 }
 
-impl<A: Can> Buses for (A,) {
+impl<A: Controller> Buses for (A,) {
     const COUNT: usize = 1;
 
     fn transmit(&mut self, bus: usize, frame: &CanFrame) -> Sent {
@@ -67,9 +76,15 @@ impl<A: Can> Buses for (A,) {
             _ => Received::Failed,
         }
     }
+
+    fn take_back(&mut self, bus: usize, id: u16) {
+        if bus == 0 {
+            self.0.take_back(id);
+        }
+    }
 }
 
-impl<A: Can, B: Can> Buses for (A, B) {
+impl<A: Controller, B: Controller> Buses for (A, B) {
     const COUNT: usize = 2;
 
     fn transmit(&mut self, bus: usize, frame: &CanFrame) -> Sent {
@@ -87,9 +102,17 @@ impl<A: Can, B: Can> Buses for (A, B) {
             _ => Received::Failed,
         }
     }
+
+    fn take_back(&mut self, bus: usize, id: u16) {
+        match bus {
+            0 => self.0.take_back(id),
+            1 => self.1.take_back(id),
+            _ => {}
+        }
+    }
 }
 
-impl<A: Can, const COUNT: usize> Buses for [A; COUNT] {
+impl<A: Controller, const COUNT: usize> Buses for [A; COUNT] {
     const COUNT: usize = COUNT;
 
     fn transmit(&mut self, bus: usize, frame: &CanFrame) -> Sent {
@@ -103,6 +126,12 @@ impl<A: Can, const COUNT: usize> Buses for [A; COUNT] {
         match self.get_mut(bus) {
             Some(bus) => receive(bus),
             None => Received::Failed,
+        }
+    }
+
+    fn take_back(&mut self, bus: usize, id: u16) {
+        if let Some(bus) = self.get_mut(bus) {
+            bus.take_back(id);
         }
     }
 }

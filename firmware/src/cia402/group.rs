@@ -7,6 +7,7 @@ use stillpoint_shared::{AxisDrive, DriveConfig, DriveConfigError};
 
 use super::axis::Axis;
 use super::bus::{Buses, Received};
+use super::frame;
 use super::report::{AxisReport, Traffic};
 use super::send::{self, Line, Round};
 use crate::{DriveGroup, Feedback, Setpoint};
@@ -232,7 +233,8 @@ impl<const N: usize, B: Buses> DriveGroup<N> for Cia402Group<N, B> {
         self.turn(None)
     }
 
-    /// On the first call the next frame of every axis asks for no voltage, and SYNC is moved to the
+    /// On the first call set-points that wait in a mailbox are taken back, the next frame of every
+    /// axis asks for no voltage, and SYNC is moved to the
     /// earliest tick by which these frames have certainly come: L ticks from now, and R or L more
     /// while feedback or set-points that were sent already are still on their way. It is left where
     /// it is if it would not come for two cycles then, as when drives are switched on and off in
@@ -243,6 +245,11 @@ impl<const N: usize, B: Buses> DriveGroup<N> for Cia402Group<N, B> {
         }
         self.energised = false;
         self.latch(None);
+        // A set-point that still waits for the wire would hold up the frame that takes its place.
+        for axis in &self.axes {
+            let id = frame::RPDO1 + u16::from(axis.drive.node);
+            self.buses.take_back(usize::from(axis.drive.bus), id);
+        }
         let Cycle {
             ticks,
             lead_ticks,

@@ -88,7 +88,7 @@ mod trouble;
 mod units;
 
 pub use abort::AbortCode;
-pub use bus::{Buses, Received, Sent};
+pub use bus::{Buses, Controller, Received, Sent};
 pub use configured::{ConfiguredDrives, NoDrives};
 pub use frame::CanFrame;
 pub use group::{BusStuck, Cia402Group, GroupError, MOST_RECEIVED};

@@ -13,11 +13,15 @@ use crate::{Command, DriveStatus, FaultCause, Feedback, LimitFlags, Refusal, Sta
 
 impl<const AXES: usize> Executor<AXES> {
     /// Lets the next tick energise the drives, where they stand; they then creep to the first node,
-    /// from which they may be no further than the start tolerance.
+    /// from which they may be no further than the start tolerance, now and until they are enabled.
+    /// That must be so within [`ENABLING_TIME_TICKS`](super::ENABLING_TIME_TICKS), and stay so.
     pub fn arm(&mut self) -> Result<(), Refusal> {
         self.allows(Command::Arm)?;
         self.near_first_node(Command::Arm)?;
+        self.path = PathTime::START;
         self.state = State::Armed;
+        self.enabled = [false; AXES];
+        self.armed_tick = self.tick;
         self.begin_record();
         Ok(())
     }
@@ -47,7 +51,7 @@ impl<const AXES: usize> Executor<AXES> {
             Command::Start
         };
         self.allows(command)?;
-        self.check_request(request)?;
+        request.check(self.trajectory().header().content_hash, self.limits_hash)?;
         let (feedback, first) = self.near_first_node(command)?;
         if request.dry_run {
             self.commanded = setpoints(first);
@@ -68,29 +72,10 @@ impl<const AXES: usize> Executor<AXES> {
         self.monitor = Monitor::NEW;
         self.held_by_silence = false;
         self.dry_run = request.dry_run;
+        self.enabled = [!request.dry_run; AXES];
         self.comms = CommsWatch::begin(request.comms, request.comms_timeout_ticks, self.tick);
         self.state = State::Running;
         self.begin_record();
-        Ok(())
-    }
-
-    fn check_request(&self, request: &StartRequest) -> Result<(), Refusal> {
-        let loaded = self.trajectory().header().content_hash;
-        if request.trajectory_hash != loaded {
-            return Err(Refusal::OtherTrajectory {
-                quoted: request.trajectory_hash,
-                loaded,
-            });
-        }
-        if request.limits_hash != self.limits_hash {
-            return Err(Refusal::OtherLimits {
-                quoted: request.limits_hash,
-                machine: self.limits_hash,
-            });
-        }
-        if request.comms != CommsPolicy::Continue && request.comms_timeout_ticks == 0 {
-            return Err(Refusal::NoCommsTimeout);
-        }
         Ok(())
     }
 

@@ -8,6 +8,7 @@ use stillpoint_shared::{Trajectory, TrajectoryError};
 use super::Executor;
 use crate::accept;
 use crate::pace::Pace;
+use crate::path_time::PathTime;
 use crate::{Command, Refusal, Rejection, State};
 
 impl<const AXES: usize> Executor<AXES> {
@@ -123,6 +124,7 @@ impl<const AXES: usize> Executor<AXES> {
         let pace = Pace::of(trajectory, limits, self.config.ramp_s);
         self.buffers.swap()?;
         self.pace = pace;
+        self.path = PathTime::START;
         self.state = if self.is_driving() {
             State::Armed
         } else {

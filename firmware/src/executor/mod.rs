@@ -16,7 +16,7 @@ use stillpoint_shared::{Limits, Trajectory, time};
 use crate::buffers::Buffers;
 use crate::comms::CommsWatch;
 use crate::limiter::LimiterConfig;
-use crate::monitor::{Monitor, MonitorConfig};
+use crate::monitor::{self, Monitor, MonitorConfig};
 use crate::pace::Pace;
 use crate::path_time::PathTime;
 use crate::ramp::Ramp;
@@ -28,6 +28,7 @@ use crate::{
 };
 
 pub use report::TickReport;
+pub use tick::ENABLING_TIME_TICKS;
 
 /// Plays trajectories on AXES drives. About 30 kB, most of it two trajectory buffers.
 ///
@@ -50,6 +51,9 @@ pub struct Executor<const AXES: usize> {
     /// 100 % less the override in per cent, so that a new one is zero.
     slower_percent: u8,
     commanded: [Setpoint; AXES],
+    /// Which axes have been enabled since the drives were armed, and when that was.
+    enabled: [bool; AXES],
+    armed_tick: u64,
     feedback: Slot<[Feedback; AXES]>,
     /// Limits in force in the last tick, and since the last `start`.
     limited: [LimitFlags; AXES],
@@ -126,6 +130,8 @@ impl<const AXES: usize> Executor<AXES> {
             slower_percent: 0,
             comms: CommsWatch::OFF,
             commanded: [AT_ZERO; AXES],
+            enabled: [false; AXES],
+            armed_tick: 0,
             feedback: Slot::empty([NO_FEEDBACK; AXES]),
             limited: [LimitFlags::NONE; AXES],
             ever_limited: [LimitFlags::NONE; AXES],
@@ -299,14 +305,16 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    /// Positions in rad by the last feedback that came, if one came in the last tick.
-    pub fn measured_rad(&self) -> Option<SVector<f32, AXES>> {
-        let feedback = self.feedback.get()?;
+    /// Positions in rad by the feedback of the last tick, if it can be believed: a drive in a fault
+    /// still measures, one that is silent or was never heard does not.
+    pub fn measured_rad(&self) -> Result<SVector<f32, AXES>, Refusal> {
+        let feedback = self.feedback.get().ok_or(Refusal::NoFeedback)?;
         let mut measured = SVector::<f32, AXES>::zeros();
-        for (measured, feedback) in measured.iter_mut().zip(feedback) {
+        for (axis, (measured, feedback)) in (0..).zip(measured.iter_mut().zip(feedback)) {
+            monitor::fresh(&self.allowed, axis, feedback).map_err(Refusal::Feedback)?;
             *measured = feedback.position_rad;
         }
-        Some(measured)
+        Ok(measured)
     }
 
     /// Whether a command is taken now, as far as the state says.

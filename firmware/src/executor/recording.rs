@@ -58,17 +58,25 @@ impl<const AXES: usize> Executor<AXES> {
         let sample = self.record_sample();
         if let Some(record) = self.record.as_deref_mut() {
             record.push(&sample);
-            if let Some(&fault) = self.fault.get().filter(|_| failed) {
-                record.close(fault);
-                self.recording = false;
-            }
+        }
+        if failed {
+            self.close_record();
         }
     }
 
     /// Closes the record of a fault between two ticks: at once, lest `clear` come before the next.
+    #[inline(never)]
     pub(super) fn record_fault(&mut self) {
         if self.state == State::Fault {
             self.record();
+        }
+    }
+
+    #[inline(never)]
+    fn close_record(&mut self) {
+        if let (Some(record), Some(&fault)) = (self.record.as_deref_mut(), self.fault.get()) {
+            record.close(fault);
+            self.recording = false;
         }
     }
 

@@ -2,6 +2,7 @@
 
 use stillpoint_shared::Sample;
 use stillpoint_shared::status::CommsPolicy;
+use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
 
 use super::{Executor, TickReport};
 use crate::limiter;
@@ -10,6 +11,10 @@ use crate::ramp::AxisLoad;
 use crate::{
     DriveGroup, DriveStatus, FaultCause, Feedback, LimitFlags, Setpoint, State, TickInputs,
 };
+
+/// Longest time from arming until every drive is enabled, in time ticks: 5 s, enough for a brake to
+/// open and for a motor to find its commutation.
+pub const ENABLING_TIME_TICKS: u32 = 5 * TIME_TICKS_PER_SECOND;
 
 impl<const AXES: usize> Executor<AXES> {
     /// One tick: evaluate, limit, exchange, monitor; or, with the drives off, make safe and observe.
@@ -108,10 +113,48 @@ impl<const AXES: usize> Executor<AXES> {
             .feedback
             .keep(answer)
             .ok_or(FaultCause::ExchangeFailed)?;
-        let enabled = playing && !self.dry_run;
         self.monitor
-            .check(&self.allowed, &self.commanded, feedback, enabled)?;
+            .check(&self.allowed, &self.commanded, feedback, &self.enabled)?;
+        if !playing {
+            self.watch_enabling()?;
+        }
         self.proceed()
+    }
+
+    /// An axis that is not enabled yet still stands near the first node, and does not take too long.
+    fn watch_enabling(&mut self) -> Result<(), FaultCause> {
+        let period_ticks = self.config.period_ticks;
+        let limit_ticks = ENABLING_TIME_TICKS
+            .checked_div(period_ticks)
+            .unwrap_or_default();
+        let waited_ticks = self.tick.wrapping_sub(self.armed_tick) as u32;
+        let tolerance_rad = self.config.accept.start_tolerance_rad;
+        let first = Sample::<AXES>::first(self.buffers.playing());
+        let first = first.ok_or(FaultCause::NothingLoaded)?;
+        let feedback = self.feedback.get().ok_or(FaultCause::ExchangeFailed)?;
+        let axes = self.enabled.iter_mut().zip(feedback);
+        for (axis, ((enabled, feedback), first_rad)) in (0..).zip(axes.zip(first.position_rad)) {
+            if *enabled {
+                continue;
+            }
+            let distance_rad = first_rad - feedback.position_rad;
+            if distance_rad.abs() > tolerance_rad {
+                return Err(FaultCause::LeftStart {
+                    axis,
+                    distance_rad,
+                    tolerance_rad,
+                });
+            }
+            *enabled = feedback.status == DriveStatus::Enabled;
+            if !*enabled && waited_ticks > limit_ticks {
+                return Err(FaultCause::NotEnabled {
+                    axis,
+                    waited_ticks,
+                    limit_ticks,
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Set-points on the path at the path speed of this tick: q(s), σ q′(s) and, as
@@ -135,7 +178,11 @@ impl<const AXES: usize> Executor<AXES> {
         let change_per_s = if self.ramp.is_at(wanted_speed) {
             0.0
         } else {
-            let limits = &self.pace.limits;
+            let limits = if self.state == State::Stopping {
+                &self.pace.stop
+            } else {
+                &self.pace.limits
+            };
             self.ramp.step(wanted_speed, limits, self.period_s, &loads)
         };
         let speed = speed_ratio(self.ramp.speed());
@@ -216,10 +263,15 @@ impl<const AXES: usize> Executor<AXES> {
         {
             if feedback.status == DriveStatus::Enabled {
                 let distance_rad = wanted.position_rad - commanded.position_rad;
-                if distance_rad > self.approach_step_rad {
-                    wanted.position_rad = commanded.position_rad + self.approach_step_rad;
-                } else if distance_rad < -self.approach_step_rad {
-                    wanted.position_rad = commanded.position_rad - self.approach_step_rad;
+                // Far from zero the step may be less than f32 can tell: one rounding error at least.
+                let mut step_rad = commanded.position_rad.abs() * f32::EPSILON;
+                if self.approach_step_rad > step_rad {
+                    step_rad = self.approach_step_rad;
+                }
+                if distance_rad > step_rad {
+                    wanted.position_rad = commanded.position_rad + step_rad;
+                } else if distance_rad < -step_rad {
+                    wanted.position_rad = commanded.position_rad - step_rad;
                 }
                 wanted.velocity_rad_per_s = 0.0;
             } else {

@@ -7,7 +7,7 @@ use stillpoint_shared::protocol::{
 };
 use stillpoint_shared::{AxisDrive, AxisLimits, BusConfig, DriveConfig, Limits};
 
-use super::machine::Access;
+use super::machine::{Access, Machine};
 use super::session::Outcome;
 use super::{BoardInfo, WINDOW};
 use crate::store::Store;
@@ -60,49 +60,32 @@ impl<M, F: Flash> Reach<'_, M, F> {
         M: Access<AXES>,
     {
         Ok(match *request {
-            Request::Status => Response::Status(self.machine.with(|m| m.status(counters))),
             Request::KeepAlive => Response::Done,
-            Request::UploadBlock(block) => {
-                let arrived = self.machine.with(|m| {
-                    m.executor
-                        .load_block(block.tag, block.block, block.values)
-                        .map(|()| m.arrived())
-                });
-                Response::Upload(arrived?)
-            }
-            Request::UploadProgress => Response::Upload(self.machine.with(|m| m.arrived())),
             Request::List => Response::Stored(gathered(self.store.moves())),
-            Request::GetLimits => Response::Limits(self.machine.with(|m| m.configuration())?.0),
-            Request::GetConfig => Response::Config(self.machine.with(|m| m.configuration())?.1),
             Request::GetDrives => Response::Drives(self.store.drives()),
-            Request::GetFault => Response::Fault(self.machine.with(|m| m.fault_head())),
-            Request::GetFaultSamples { first } => self.fault_samples(first)?,
-            // The orders, which do not come here.
-            _ => return Err(Denial::NotUnderstood { bytes: 0 }),
+            // With one lock for all: every one more is code again.
+            _ => return self.machine.with(|m| m.answer(request, counters)),
         })
     }
 
-    #[inline(never)]
-    fn fault_samples<const AXES: usize>(&mut self, first: u16) -> Result<Response, Denial>
+    /// Does something that takes many ticks or writes flash, if the executor's state allows it. The
+    /// drive loop goes on meanwhile, but no other state comes of it: what is refused has changed
+    /// nothing.
+    fn at_rest<const AXES: usize>(
+        &mut self,
+        command: Command,
+        act: impl FnOnce(&mut Machine<AXES>, &mut Store<F>) -> Result<(), Denial>,
+    ) -> Result<(), Denial>
     where
         M: Access<AXES>,
     {
-        let samples = self.machine.with(|m| m.fault_samples(first));
-        if samples.is_empty() {
-            let head = self.machine.with(|m| m.fault_head());
-            let samples = head.map_or(0, |head| head.samples);
-            return Err(Denial::FaultSample { first, samples });
-        }
-        Ok(Response::FaultSamples(samples))
-    }
-
-    /// Whether the executor takes a command, as far as its state says.
-    fn allow<const AXES: usize>(&mut self, command: Command) -> Result<(), Refusal>
-    where
-        M: Access<AXES>,
-    {
-        self.machine
-            .with(|machine| machine.executor.allows(command))
+        // Before the drive loop is left without the executor, and when it cannot change any more.
+        self.machine.with(|m| m.executor.allows(command))?;
+        let store = &mut *self.store;
+        self.machine.at_rest(|m| {
+            m.executor.allows(command)?;
+            act(m, store)
+        })
     }
 
     /// Obeys an order.
@@ -123,45 +106,32 @@ impl<M, F: Flash> Reach<'_, M, F> {
                 return Ok(Outcome::Upload(begun?));
             }
             Request::UploadCommit { content_hash } => {
-                self.allow(Command::CommitLoad)?;
-                self.machine.at_rest(|m| {
-                    let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
-                    m.executor.commit_load(content_hash, &measured_rad)
+                self.at_rest(Command::CommitLoad, |m, _| {
+                    let measured_rad = m.executor.measured_rad()?;
+                    Ok(m.executor.commit_load(content_hash, &measured_rad)?)
                 })?;
             }
-            Request::UploadAbort => self.machine.with(|m| m.executor.abort_load()),
-            Request::Arm => self.machine.with(|m| m.executor.arm())?,
-            Request::Disarm => self.machine.with(|m| m.executor.disarm())?,
-            Request::Start(ref start) => self.machine.with(|m| m.executor.start(start))?,
-            Request::Hold => self.machine.with(|m| m.executor.hold())?,
-            Request::Resume => self.machine.with(|m| m.executor.resume())?,
-            Request::Override { percent } => {
-                self.machine.with(|m| m.executor.set_override(percent))?;
-            }
-            Request::QuickStop => self.machine.with(|m| m.executor.quick_stop()),
-            Request::Clear => self.machine.with(|m| m.executor.clear())?,
             Request::Store => {
-                self.allow(Command::Store)?;
-                let store = &mut *self.store;
-                self.machine
-                    .at_rest(|m| store.put(m.executor.trajectory()))?;
+                self.at_rest(Command::Store, |m, store| {
+                    Ok(store.put(m.executor.trajectory())?)
+                })?;
             }
             Request::Load { content_hash } => {
-                self.allow(Command::Load)?;
-                let bytes = self.store.find(content_hash)?;
-                self.machine.at_rest(|m| {
-                    let measured_rad = m.executor.measured_rad().ok_or(Refusal::NoFeedback)?;
-                    m.executor.load_encoded(bytes, &measured_rad)
+                self.at_rest(Command::Load, |m, store| {
+                    let bytes = store.find(content_hash)?;
+                    let measured_rad = m.executor.measured_rad()?;
+                    Ok(m.executor.load_encoded(bytes, &measured_rad)?)
                 })?;
             }
             Request::Erase { content_hash } => {
-                self.allow(Command::Erase)?;
-                match content_hash {
-                    Some(content_hash) => self.store.delete(content_hash)?,
-                    None => self.store.delete_all()?,
-                }
+                self.at_rest(Command::Erase, |_, store| {
+                    let erased = match content_hash {
+                        Some(content_hash) => store.delete(content_hash),
+                        None => store.delete_all(),
+                    };
+                    Ok(erased?)
+                })?;
             }
-            Request::SetTelemetry(config) => self.machine.with(|m| m.tap.set(config)),
             Request::SetLimits(ref axes) => self.set_limits(axes, info)?,
             Request::SetConfig(config) => {
                 let (given_ticks, board_ticks) = (config.period_ticks, info.period_ticks);
@@ -173,14 +143,15 @@ impl<M, F: Flash> Reach<'_, M, F> {
                     return Err(Refusal::from(error).into());
                 }
                 let (limits, _) = self.machine.with(|m| m.configuration())?;
-                self.machine.with(|m| m.may_configure(&limits, &config))?;
-                self.store.put_config(&config)?;
-                self.machine
-                    .with(|m| m.executor.configure(limits, config))?;
+                self.at_rest(Command::Configure, |m, store| {
+                    m.may_configure(&limits, &config)?;
+                    store.put_config(&config)?;
+                    Ok(m.executor.configure(limits, config)?)
+                })?;
             }
             Request::SetDrives { bus, ref axes } => self.set_drives(bus, axes, info)?,
-            // The others, which do not come here.
-            _ => return Err(Denial::NotUnderstood { bytes: 0 }),
+            // With one lock for all: every one more is code again.
+            _ => self.machine.with(|m| m.command(request))?,
         }
         Ok(Outcome::Done)
     }
@@ -202,11 +173,11 @@ impl<M, F: Flash> Reach<'_, M, F> {
         } else {
             config
         };
-        self.machine.with(|m| m.may_configure(&limits, &config))?;
-        self.store.put_limits(&limits)?;
-        self.machine
-            .with(|m| m.executor.configure(limits, config))?;
-        Ok(())
+        self.at_rest(Command::Configure, |m, store| {
+            m.may_configure(&limits, &config)?;
+            store.put_limits(&limits)?;
+            Ok(m.executor.configure(limits, config)?)
+        })
     }
 
     #[inline(never)]
@@ -225,9 +196,11 @@ impl<M, F: Flash> Reach<'_, M, F> {
         }
         let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
         Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
-        self.allow(Command::Configure)?;
         let others = self.store.drives().as_ref() != Some(&drives);
-        self.store.put_drives(&drives)?;
+        self.at_rest(
+            Command::Configure,
+            |_, store| Ok(store.put_drives(&drives)?),
+        )?;
         *self.wants_start |= others;
         Ok(())
     }
@@ -244,15 +217,9 @@ pub(super) fn gathered<T, const N: usize>(items: impl Iterator<Item = T>) -> Vec
     gathered
 }
 
-/// As much of a name as fits.
+/// A name; none if it is too long, which no board's is.
 fn name(text: &str) -> String<16> {
-    let mut name = String::new();
-    for character in text.chars() {
-        if name.push(character).is_err() {
-            break;
-        }
-    }
-    name
+    String::try_from(text).unwrap_or_default()
 }
 
 impl BoardInfo {

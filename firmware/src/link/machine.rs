@@ -5,14 +5,13 @@ use stillpoint_shared::Limits;
 use stillpoint_shared::assembly::Arrived;
 use stillpoint_shared::config::Config;
 use stillpoint_shared::protocol::{
-    AxisStatus, FaultAxis, FaultHead, FaultSample, LinkCounters, MAX_FAULT_SAMPLES, Status,
+    AxisStatus, Denial, FaultAxis, FaultHead, FaultSample, LinkCounters, MAX_FAULT_SAMPLES,
+    Request, Response, Status,
 };
 
 use super::Tap;
 use super::answers::gathered;
-use crate::{
-    Command, ConfigError, DriveGroup, Executor, FaultRecord, Refusal, TickInputs, TickReport,
-};
+use crate::{ConfigError, DriveGroup, Executor, FaultRecord, Refusal, TickInputs, TickReport};
 
 /// An executor with a tap for telemetry.
 ///
@@ -28,9 +27,9 @@ pub struct Machine<const AXES: usize> {
 /// A way to the machine that the drive loop uses, too.
 ///
 /// On a board the drive loop interrupts the link, and what is done in `with` is what it has to wait
-/// for; the link does as little there as it can. Only commands that are refused during a move take
-/// longer than a fraction of a tick, and those go through `at_rest`: the commit of an upload, storing
-/// and loading from the store.
+/// for; the link does as little there as it can. What takes longer than a fraction of a tick, or
+/// writes flash, goes through `at_rest`: the commit of an upload, the store, and the configuration.
+/// It is refused during a move.
 pub trait Access<const AXES: usize> {
     /// Does something with the machine, undisturbed.
     fn with<R>(&mut self, act: impl FnOnce(&mut Machine<AXES>) -> R) -> R;
@@ -83,9 +82,8 @@ impl<const AXES: usize> Machine<AXES> {
         Ok((limits.clone(), *self.executor.config()))
     }
 
-    /// Whether these can be configured now.
+    /// Whether these are a configuration.
     pub(super) fn may_configure(&self, limits: &Limits, config: &Config) -> Result<(), Refusal> {
-        self.executor.allows(Command::Configure)?;
         config.check()?;
         let axes = limits.axes().len();
         if axes != AXES {
@@ -96,6 +94,49 @@ impl<const AXES: usize> Machine<AXES> {
             .into());
         }
         Ok(())
+    }
+
+    /// Obeys an order that neither takes long nor needs anything else.
+    pub(super) fn command(&mut self, request: &Request<'_>) -> Result<(), Denial> {
+        let executor = &mut self.executor;
+        match *request {
+            Request::UploadAbort => executor.abort_load(),
+            Request::Arm => executor.arm()?,
+            Request::Disarm => executor.disarm()?,
+            Request::Start(ref start) => executor.start(start)?,
+            Request::Hold => executor.hold()?,
+            Request::Resume => executor.resume()?,
+            Request::Override { percent } => executor.set_override(percent)?,
+            Request::QuickStop => executor.quick_stop(),
+            Request::Clear => executor.clear()?,
+            Request::SetTelemetry(config) => self.tap.set(config),
+            // The others, which do not come here.
+            _ => return Err(Denial::NotUnderstood { bytes: 0 }),
+        }
+        Ok(())
+    }
+
+    /// Answers a request about the machine, or takes a block of an upload.
+    pub(super) fn answer(
+        &mut self,
+        request: &Request<'_>,
+        counters: LinkCounters,
+    ) -> Result<Response, Denial> {
+        Ok(match *request {
+            Request::Status => Response::Status(self.status(counters)),
+            Request::UploadBlock(block) => {
+                self.executor
+                    .load_block(block.tag, block.block, block.values)?;
+                Response::Upload(self.arrived())
+            }
+            Request::UploadProgress => Response::Upload(self.arrived()),
+            Request::GetLimits => Response::Limits(self.configuration()?.0),
+            Request::GetConfig => Response::Config(self.configuration()?.1),
+            Request::GetFault => Response::Fault(self.fault_head()),
+            Request::GetFaultSamples { first } => self.fault_samples(first)?,
+            // The others, which do not come here.
+            _ => return Err(Denial::NotUnderstood { bytes: 0 }),
+        })
     }
 
     /// Content hash of what is loaded.
@@ -150,7 +191,7 @@ impl<const AXES: usize> Machine<AXES> {
         self.executor.arrived()
     }
 
-    pub(super) fn fault_head(&self) -> Option<FaultHead> {
+    fn fault_head(&self) -> Option<FaultHead> {
         let record = self.executor.fault_record()?;
         let head = record.head()?;
         Some(FaultHead {
@@ -162,8 +203,9 @@ impl<const AXES: usize> Machine<AXES> {
         })
     }
 
-    /// Samples of the fault record from the `first` on; none beyond the end.
-    pub(super) fn fault_samples(&self, first: u16) -> Vec<FaultSample, MAX_FAULT_SAMPLES> {
+    /// Samples of the fault record from the `first` on.
+    #[inline(never)] // They are large, and no other answer should have them on its stack.
+    fn fault_samples(&self, first: u16) -> Result<Response, Denial> {
         let record = self.executor.fault_record();
         let samples = record.into_iter().flat_map(FaultRecord::samples);
         let samples = samples.skip(usize::from(first)).take(MAX_FAULT_SAMPLES);
@@ -191,6 +233,11 @@ impl<const AXES: usize> Machine<AXES> {
                 axes: gathered(axes),
             }
         });
-        gathered(samples)
+        let samples: Vec<FaultSample, MAX_FAULT_SAMPLES> = gathered(samples);
+        if samples.is_empty() {
+            let samples = self.fault_head().map_or(0, |head| head.samples);
+            return Err(Denial::FaultSample { first, samples });
+        }
+        Ok(Response::FaultSamples(samples))
     }
 }

@@ -51,8 +51,9 @@ pub struct BoardInfo {
     pub build_id: u64,
     /// Period of the drive loop, in ticks of 0.1 µs.
     pub period_ticks: u32,
-    /// A number that is another one after every start of the board, as far as it can: what is left
-    /// on the line from before then belongs to no open session.
+    /// A number that is another one after every start of the board, as far as it can. Session
+    /// numbers are drawn from it and the host's nonce: what is left on the line from before a start
+    /// belongs to no open session, but by a chance of 1 in 65,535.
     pub start: u16,
 }
 
@@ -259,10 +260,9 @@ impl Answering<'_> {
     ) {
         let (session, is_new) = self.session.greet(hello);
         if is_new {
-            reach.machine.with(|machine| {
-                machine.tap.set(TelemetryConfig::OFF);
-                machine.executor.heard_from_host(machine.executor.ticks());
-            });
+            reach
+                .machine
+                .with(|machine| machine.tap.set(TelemetryConfig::OFF));
         }
         let identity = reach.identity(self.info, session);
         let envelope = Envelope {
@@ -280,7 +280,9 @@ impl Answering<'_> {
         reach: &mut Reach<'_, M, F>,
     ) -> Result<Option<Outcome>, Denial> {
         let sequence = envelope.sequence;
-        if self.session.take(envelope.session, sequence)? {
+        let is_newest = self.session.take(envelope.session, sequence)?;
+        // Whoever only watches is no supervisor.
+        if is_newest && !matches!(request, Request::SetTelemetry(_)) {
             reach
                 .machine
                 .with(|machine| machine.executor.heard_from_host(machine.executor.ticks()));
@@ -293,6 +295,8 @@ impl Answering<'_> {
                 count(&mut self.counters.repeated);
                 Ok(Some(outcome))
             }
+            // It would put the start off, or be forgotten with it.
+            Turn::Obey if *reach.wants_start => Err(Denial::Starting),
             Turn::Obey => {
                 let outcome = reach
                     .obey(request, self.info)

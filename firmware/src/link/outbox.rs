@@ -22,18 +22,13 @@ impl Outbox {
         }
     }
 
-    /// Bytes that can be added.
+    /// Bytes that can be added. The place of what is sent is free again when all is.
     pub(super) fn room(&self) -> usize {
-        BYTES - self.pending().len()
+        BYTES.saturating_sub(self.end)
     }
 
     /// Adds a frame; false, and nothing is added, if it does not fit.
     pub(super) fn push(&mut self, envelope: Envelope, message: &Message) -> bool {
-        // Always so; the compiler cannot know.
-        let end = self.end.min(BYTES);
-        let start = self.start.min(end);
-        self.bytes.copy_within(start..end, 0);
-        (self.start, self.end) = (0, end - start);
         let free = self.bytes.get_mut(self.end..).unwrap_or_default();
         match message.encode(envelope, free) {
             Ok(frame) => {
@@ -51,6 +46,9 @@ impl Outbox {
 
     /// Takes the first `count` of them as sent.
     pub(super) fn sent(&mut self, count: usize) {
-        self.start = self.start.saturating_add(count).min(self.end);
+        self.start = self.start.saturating_add(count);
+        if self.start >= self.end {
+            (self.start, self.end) = (0, 0);
+        }
     }
 }

@@ -36,8 +36,8 @@ pub(super) enum Turn {
 pub(super) struct Session {
     /// Its number; 0 if none is open.
     number: u16,
-    /// Number of the session before it.
-    last: u16,
+    /// The board's count of starts.
+    start: u16,
     nonce: u32,
     newest: Option<u16>,
     latest_order: Option<(u16, Outcome)>,
@@ -49,11 +49,11 @@ const fn is_after(sequence: u16, other: u16) -> bool {
 }
 
 impl Session {
-    /// No session. The first one has the number after `last`.
-    pub(super) const fn none(last: u16) -> Self {
+    /// No session yet since this start of the board.
+    pub(super) const fn none(start: u16) -> Self {
         Self {
             number: 0,
-            last,
+            start,
             nonce: 0,
             newest: None,
             latest_order: None,
@@ -69,14 +69,17 @@ impl Session {
         if self.number != 0 && self.nonce == hello.nonce {
             return (self.number, false);
         }
-        let number = match self.last.wrapping_add(1) {
-            0 => 1,
-            number => number,
-        };
+        // Drawn, not counted: counts from before and after a reset meet. The multiplier (2³² by the
+        // golden ratio) carries both numbers into the upper half.
+        let drawn = hello.nonce.wrapping_add(u32::from(self.start) << 16);
+        let mut number = (drawn.wrapping_mul(0x9e37_79b1) >> 16) as u16;
+        while number == 0 || number == self.number {
+            number = number.wrapping_add(1);
+        }
         *self = Self {
             number,
             nonce: hello.nonce,
-            ..Self::none(number)
+            ..Self::none(self.start)
         };
         (number, true)
     }

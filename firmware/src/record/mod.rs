@@ -16,10 +16,9 @@ mod sample;
 #[cfg(test)]
 mod tests;
 
-use serde::{Deserialize, Serialize};
+use stillpoint_shared::hash;
 use stillpoint_shared::status::{Fault, FaultCause};
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
-use stillpoint_shared::{encode, hash};
 
 use ring::Ring;
 
@@ -36,13 +35,14 @@ pub const PAST: usize = 100;
 const PAST_EVERY: u16 = 10;
 
 /// First bytes of a record that is one; change it with every change of its layout.
-const MAGIC: u32 = u32::from_le_bytes(*b"SFR\x02");
+const MAGIC: u32 = u32::from_le_bytes(*b"SFR\x03");
 
-/// Enough for the postcard bytes of a [`RecordHead`] (at most 62).
-const HEAD_BYTES: usize = 64;
+/// Bytes of a [`RecordHead`]: its words, little-endian.
+const HEAD_BYTES: usize = 4 * HEAD_WORDS;
+const HEAD_WORDS: usize = 11;
 
 /// What a record is about.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecordHead {
     /// Number of axes.
     pub axes: u8,
@@ -61,13 +61,66 @@ pub struct RecordHead {
 impl RecordHead {
     #[inline(never)]
     fn encode(&self, bytes: &mut [u8; HEAD_BYTES]) {
-        // It fits: this cannot fail.
-        let _ = encode::to_slice(self, bytes);
+        let [build_low, build_high] = halves(self.build_id);
+        let [hash_low, hash_high] = halves(self.trajectory_hash);
+        let fault = self.fault.map(|fault| (fault.cause.to_words(), fault.tick));
+        let ([cause, one, other], tick) = fault.unwrap_or_default();
+        let [tick_low, tick_high] = halves(tick);
+        let flags = [self.axes, self.recording.into(), fault.is_some().into(), 0];
+        let words: [u32; HEAD_WORDS] = [
+            u32::from_le_bytes(flags),
+            build_low,
+            build_high,
+            hash_low,
+            hash_high,
+            self.period_ticks,
+            cause,
+            one,
+            other,
+            tick_low,
+            tick_high,
+        ];
+        for (bytes, word) in bytes.as_chunks_mut().0.iter_mut().zip(words) {
+            *bytes = word.to_le_bytes();
+        }
     }
 
     #[inline(never)]
     fn decode(bytes: &[u8; HEAD_BYTES]) -> Option<Self> {
-        Some(postcard::take_from_bytes(bytes).ok()?.0)
+        let mut words = [0; HEAD_WORDS];
+        for (word, &bytes) in words.iter_mut().zip(bytes.as_chunks().0) {
+            *word = u32::from_le_bytes(bytes);
+        }
+        let [
+            flags,
+            build_low,
+            build_high,
+            hash_low,
+            hash_high,
+            period_ticks,
+            cause,
+            one,
+            other,
+            tick_low,
+            tick_high,
+        ] = words;
+        let [axes, recording, failed, _] = flags.to_le_bytes();
+        let fault = if failed == 0 {
+            None
+        } else {
+            Some(Fault {
+                cause: FaultCause::from_words([cause, one, other])?,
+                tick: whole([tick_low, tick_high]),
+            })
+        };
+        Some(Self {
+            axes,
+            recording: recording != 0,
+            build_id: whole([build_low, build_high]),
+            trajectory_hash: whole([hash_low, hash_high]),
+            period_ticks,
+            fault,
+        })
     }
 }
 
@@ -115,7 +168,7 @@ impl<const AXES: usize> FaultRecord<AXES> {
 
     /// What the record is about, if it is one.
     pub fn head(&self) -> Option<RecordHead> {
-        let intact = self.magic == MAGIC && hash::of_bytes(&self.head) == whole_check(self.check);
+        let intact = self.magic == MAGIC && hash::of_bytes(&self.head) == whole(self.check);
         let head = RecordHead::decode(&self.head).filter(|_| intact)?;
         (usize::from(head.axes) == AXES).then_some(head)
     }
@@ -183,8 +236,7 @@ impl<const AXES: usize> FaultRecord<AXES> {
     fn write_head(&mut self, head: &RecordHead) {
         self.magic = MAGIC;
         head.encode(&mut self.head);
-        let check = hash::of_bytes(&self.head);
-        self.check = [check as u32, (check >> 32) as u32];
+        self.check = halves(hash::of_bytes(&self.head));
     }
 
     /// Adds a sample; every [`PAST_EVERY`]th is kept for the whole second.
@@ -211,7 +263,11 @@ pub(crate) fn sample_every(period_ticks: u32) -> u16 {
     ticks.clamp(1, 1_000) as u16
 }
 
-fn whole_check([low, high]: [u32; 2]) -> u64 {
+fn halves(number: u64) -> [u32; 2] {
+    [number as u32, (number >> 32) as u32]
+}
+
+fn whole([low, high]: [u32; 2]) -> u64 {
     u64::from(high) << 32 | u64::from(low)
 }
 

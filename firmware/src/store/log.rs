@@ -13,12 +13,12 @@
 //! Most updates erase nothing, which would stop the board for up to 2 s.
 
 use heapless::Vec;
+use stillpoint_shared::Trajectory;
+use stillpoint_shared::crc::Crc32;
 use stillpoint_shared::protocol::{MAX_STORED, StoreError};
 
 use super::flash::{BLANK, Flash, FlashError};
-use super::record::{
-    self, CRC, Found, Key, RECORD_HEAD_BYTES, RecordHead, SECTOR_HEAD_BYTES, padded,
-};
+use super::record::{self, Found, Key, RECORD_HEAD_BYTES, RecordHead, SECTOR_HEAD_BYTES, padded};
 
 /// A record that counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,17 +38,21 @@ pub(super) struct Log {
     entries: Vec<Entry, MAX_STORED>,
 }
 
-/// Takes bytes piece by piece; false when it cannot take more.
-pub(super) type Sink<'a> = dyn FnMut(&[u8]) -> bool + 'a;
-
-/// Something that can write itself into a sink, each time the same; false when the sink said so.
-pub(super) trait Source {
-    fn write(&self, sink: &mut Sink<'_>) -> bool;
+/// Data of a record to be written.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Data<'a> {
+    Bytes(&'a [u8]),
+    Move(&'a Trajectory),
 }
 
-impl Source for [u8] {
-    fn write(&self, sink: &mut Sink<'_>) -> bool {
-        sink(self)
+impl Data<'_> {
+    /// Writes the bytes into a sink piece by piece, each time the same, until it takes no more.
+    #[inline(never)]
+    fn write(self, sink: &mut dyn FnMut(&[u8]) -> bool) {
+        match self {
+            Self::Bytes(bytes) => _ = sink(bytes),
+            Self::Move(trajectory) => _ = trajectory.encode_into(sink),
+        }
     }
 }
 
@@ -97,7 +101,9 @@ impl Log {
                 Found::Record(head) => head,
                 Found::Blank => {
                     // What a cut head would have left further on is not overwritten.
-                    let blank = rest.iter().all(|&byte| byte == 0xff);
+                    let (words, last) = rest.as_chunks::<4>();
+                    let blank = words.iter().all(|&word| u32::from_ne_bytes(word) == BLANK)
+                        && last.iter().all(|&byte| byte == 0xff);
                     self.end = blank.then_some(offset);
                     return;
                 }
@@ -105,7 +111,7 @@ impl Log {
             };
             let entry = Entry { head, offset };
             let sound = match entry.data(bytes) {
-                Some(data) => CRC.checksum(data) == head.check_sum,
+                Some(data) => Crc32::of(data) == head.check_sum,
                 None => head.length.is_none(),
             };
             if sound {
@@ -140,17 +146,17 @@ impl Log {
     }
 
     /// Writes a record in place of the one with its key.
-    pub(super) fn put<F: Flash, S: Source + ?Sized>(
+    pub(super) fn put<F: Flash>(
         &mut self,
         flash: &mut F,
         key: Key,
         format: u8,
-        data: &S,
+        data: Data<'_>,
     ) -> Result<(), StoreError> {
-        let mut digest = CRC.digest();
+        let mut crc = Crc32::new();
         let mut length = 0;
         data.write(&mut |piece| {
-            digest.update(piece);
+            crc.update(piece);
             length += piece.len();
             true
         });
@@ -158,7 +164,7 @@ impl Log {
             key,
             format,
             length: Some(length as u32),
-            check_sum: digest.finalize(),
+            check_sum: crc.sum(),
         };
         if self.entries.is_full() && !self.entries.iter().any(|entry| entry.head.key == key) {
             return Err(StoreError::TooMany {
@@ -177,9 +183,9 @@ impl Log {
             key,
             format: 0,
             length: None,
-            check_sum: CRC.checksum(&[]),
+            check_sum: Crc32::of(&[]),
         };
-        self.update::<_, [u8]>(flash, head, &[])
+        self.update(flash, head, Data::Bytes(&[]))
     }
 
     /// Bytes for records in a sector.
@@ -187,11 +193,11 @@ impl Log {
         flash.sector_bytes().saturating_sub(SECTOR_HEAD_BYTES)
     }
 
-    fn update<F: Flash, S: Source + ?Sized>(
+    fn update<F: Flash>(
         &mut self,
         flash: &mut F,
         head: RecordHead,
-        data: &S,
+        data: Data<'_>,
     ) -> Result<(), StoreError> {
         let done = match (self.active_sector(), self.end) {
             (Some(sector), Some(offset))
@@ -210,11 +216,11 @@ impl Log {
     }
 
     /// Copies what counts into the other sector, with the new record in place of the old one.
-    fn move_over<F: Flash, S: Source + ?Sized>(
+    fn move_over<F: Flash>(
         &mut self,
         flash: &mut F,
         head: RecordHead,
-        data: &S,
+        data: Data<'_>,
     ) -> Result<(), Stop> {
         let others = || {
             let entries = self.entries.iter();
@@ -296,12 +302,12 @@ fn program<F: Flash>(
 }
 
 /// Programs head and data.
-fn program_record<F: Flash, S: Source + ?Sized>(
+fn program_record<F: Flash>(
     flash: &mut F,
     sector: u8,
     mut offset: usize,
     head: RecordHead,
-    data: &S,
+    data: Data<'_>,
 ) -> Result<(), Stop> {
     for word in head.to_words() {
         program(flash, sector, offset, word)?;

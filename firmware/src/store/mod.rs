@@ -13,10 +13,10 @@ use serde::de::DeserializeOwned;
 use stillpoint_shared::config::Config;
 use stillpoint_shared::protocol::{StoreError, StoredMove};
 use stillpoint_shared::trajectory::{FORMAT_VERSION, Header};
-use stillpoint_shared::{DriveConfig, Limits, Trajectory, drive_config, encode};
+use stillpoint_shared::{DriveConfig, Limits, Trajectory, decode, drive_config, encode};
 
 use flash::Flash;
-use log::{Entry, Log, Sink, Source};
+use log::{Data, Entry, Log};
 use record::Key;
 
 /// Kind of a trajectory's record; its key is the planner's name for the move.
@@ -50,12 +50,6 @@ pub struct Store<F> {
     flash: F,
     moves: Log,
     config: Log,
-}
-
-impl Source for Trajectory {
-    fn write(&self, sink: &mut Sink<'_>) -> bool {
-        self.encode_into(sink)
-    }
 }
 
 impl<F: Flash> Store<F> {
@@ -127,7 +121,7 @@ impl<F: Flash> Store<F> {
             key: trajectory.header().id,
         };
         self.moves
-            .put(&mut self.flash, key, FORMAT_VERSION, trajectory)
+            .put(&mut self.flash, key, FORMAT_VERSION, Data::Move(trajectory))
     }
 
     /// Forgets the stored trajectory with this content hash.
@@ -188,7 +182,7 @@ impl<F: Flash> Store<F> {
         if entry.head.format != CONFIG_FORMAT {
             return None;
         }
-        postcard::from_bytes(self.config.data(&self.flash, entry)?).ok()
+        decode::front(self.config.data(&self.flash, entry)?).ok()
     }
 
     fn put_value<T: Serialize>(&mut self, kind: u8, value: &T) -> Result<(), StoreError> {
@@ -199,6 +193,6 @@ impl<F: Flash> Store<F> {
         })?;
         let key = Key { kind, key: 0 };
         self.config
-            .put(&mut self.flash, key, CONFIG_FORMAT, &*bytes)
+            .put(&mut self.flash, key, CONFIG_FORMAT, Data::Bytes(bytes))
     }
 }

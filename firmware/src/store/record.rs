@@ -13,10 +13,9 @@
 //!
 //! A record's data follow its head, filled up to whole words with ones.
 
-use super::flash::BLANK;
+use stillpoint_shared::crc::Crc32;
 
-/// Check sums of heads and data.
-pub(super) use stillpoint_shared::hash::CRC_32 as CRC;
+use super::flash::BLANK;
 
 /// First word of a sector in use: "SPLG".
 const SECTOR_MAGIC: u32 = u32::from_le_bytes(*b"SPLG");
@@ -38,11 +37,11 @@ pub(super) const RECORD_HEAD_BYTES: usize = 20;
 
 /// CRC-32 of words.
 fn check_sum(words: &[u32]) -> u32 {
-    let mut digest = CRC.digest();
+    let mut crc = Crc32::new();
     for word in words {
-        digest.update(&word.to_le_bytes());
+        crc.update(&word.to_le_bytes());
     }
-    digest.finalize()
+    crc.sum()
 }
 
 /// The words at the beginning of `bytes`; blank where they end.

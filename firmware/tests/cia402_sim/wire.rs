@@ -9,6 +9,8 @@ use std::rc::Rc;
 use embedded_can::nb::Can;
 use embedded_can::{ErrorKind, ExtendedId, Frame, Id, StandardId};
 
+use stillpoint_firmware::cia402::Controller;
+
 use super::drive::Drive;
 
 /// A data frame with an 11-bit identifier.
@@ -316,5 +318,17 @@ impl Can for Port {
             remote: false,
             raw,
         })
+    }
+}
+
+impl Controller for Port {
+    fn take_back(&mut self, id: u16) {
+        let mut wire = self.0.borrow_mut();
+        let sending = wire.sending;
+        for (index, mailbox) in wire.mailboxes.iter_mut().enumerate() {
+            if sending != Some(index) && mailbox.is_some_and(|waits| waits.id == id) {
+                *mailbox = None;
+            }
+        }
     }
 }

@@ -2,40 +2,42 @@
 
 use proptest::prelude::*;
 use stillpoint_firmware::State;
-use stillpoint_firmware::link::WINDOW;
+use stillpoint_firmware::link::{BoardInfo, Link, WINDOW};
 use stillpoint_shared::assembly::{Arrived, Outline};
 use stillpoint_shared::protocol::{
     Block, Denial, Envelope, FrameDecoder, Hello, MAX_FRAME_BYTES, Request, Response, SCHEMA_HASH,
-    Versions,
+    TelemetryConfig, Versions,
 };
 use stillpoint_shared::status::CommsPolicy;
 
 use crate::common::{block_bytes, trajectory};
-use crate::rig::{Rig, framed};
+use crate::rig::{INFO, Rig, framed};
 
 #[test]
 fn a_greeting_opens_a_session_and_its_repetition_the_same_one() {
     let mut rig = Rig::silent();
     let identity = rig.hello(7);
-    assert_eq!(identity.greeting.session, 42, "one after the last");
+    let first = identity.greeting.session;
+    assert_ne!(first, 0);
     assert_eq!(identity.greeting.board, "box");
     assert_eq!(identity.greeting.firmware, "1.2.3");
     assert_eq!(identity.greeting.build_id, 0x1234);
     assert_eq!(identity.greeting.versions, Versions::OWN);
     assert_eq!((identity.axes, identity.period_ticks), (2, 2_500));
     assert_eq!(identity.state, State::Idle);
-    assert_eq!(rig.hello(7).greeting.session, 42);
-    assert_eq!(rig.hello(8).greeting.session, 43);
+    assert_eq!(rig.hello(7).greeting.session, first);
+    let second = rig.hello(8).greeting.session;
+    assert_ne!(second, first);
 
     // What is left of the first session does nothing.
     let late = Envelope {
-        session: 42,
+        session: first,
         sequence: rig.sequence.wrapping_add(9),
     };
     let denied = rig.exchange(late, &Request::QuickStop);
     let denial = Denial::Session {
-        named: 42,
-        open: 43,
+        named: first,
+        open: second,
     };
     assert_eq!(denied, Response::Denied(denial));
     assert_eq!(rig.state(), State::Idle);
@@ -57,6 +59,42 @@ fn without_a_greeting_nothing_is_obeyed() {
         assert_eq!(denied, Response::Denied(denial));
     }
     assert_eq!(rig.state(), State::Idle);
+}
+
+#[test]
+fn no_session_after_a_reset_has_the_number_of_one_before() {
+    let mut numbers = std::collections::HashMap::new();
+    for start in 40..44 {
+        let mut rig = Rig::silent();
+        rig.link = Link::new(BoardInfo { start, ..INFO });
+        // A host that counts its nonces instead of drawing them.
+        for nonce in 1..9 {
+            let number = rig.hello(nonce).greeting.session;
+            let before = numbers.insert(number, (start, nonce));
+            assert_eq!(before, None, "{number} again at {start}, {nonce}");
+        }
+    }
+}
+
+#[test]
+fn an_order_from_before_a_reset_does_nothing() {
+    let mut rig = Rig::new();
+    rig.hello(5);
+    let old = Envelope {
+        session: rig.session,
+        sequence: rig.sequence.wrapping_add(100),
+    };
+    let mut rig = rig.restarted();
+    rig.link = Link::new(BoardInfo {
+        start: INFO.start + 1,
+        ..INFO
+    });
+    rig.hello(6);
+    rig.upload(&trajectory());
+    let answer = rig.exchange(old, &Request::Arm);
+    let (named, open) = (old.session, rig.session);
+    let denied = Response::Denied(Denial::Session { named, open });
+    assert_eq!((answer, rig.state()), (denied, State::Ready));
 }
 
 #[test]
@@ -185,6 +223,21 @@ fn only_new_requests_are_signs_of_life() {
     };
     rig.exchange(other, &Request::KeepAlive);
     rig.tick(60);
+    assert!(matches!(rig.state(), State::Holding | State::Held));
+}
+
+#[test]
+fn greetings_and_telemetry_alone_are_no_signs_of_life() {
+    let mut rig = Rig::new();
+    rig.upload(&trajectory());
+    rig.run(CommsPolicy::Hold);
+    for nonce in 100..105 {
+        assert_eq!(rig.state(), State::Running);
+        rig.tick(12);
+        rig.hello(nonce);
+        rig.tick(12);
+        rig.done(&Request::SetTelemetry(TelemetryConfig::OFF));
+    }
     assert!(matches!(rig.state(), State::Holding | State::Held));
 }
 

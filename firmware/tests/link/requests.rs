@@ -52,7 +52,7 @@ fn set_drives(axes: &[AxisDrive]) -> Request<'static> {
 }
 
 /// Every request once, whatever it means here.
-fn all(rig: &Rig) -> Vec<Request<'static>> {
+pub(crate) fn all(rig: &Rig) -> Vec<Request<'static>> {
     vec![
         Request::Status,
         Request::KeepAlive,
@@ -107,7 +107,7 @@ fn every_request_has_one_response_in_every_state() {
     }
 }
 
-fn bring_to(rig: &mut Rig, state: State) {
+pub(crate) fn bring_to(rig: &mut Rig, state: State) {
     match state {
         State::Idle => return,
         State::Loading => {
@@ -544,6 +544,10 @@ fn other_drives_ask_for_a_start_of_the_board_once_the_answer_is_sent() {
     assert!(!rig.link.wants_start(), "the answer is still to be sent");
     assert_eq!(rig.messages().len(), 1);
     assert!(rig.link.wants_start());
+    let starting = (Response::Denied(Denial::Starting), true);
+    assert_eq!(set(&mut rig, [1, 3]), starting, "too late");
+    assert_eq!(rig.ask(&Request::Arm), starting.0);
+    assert!(matches!(rig.ask(&Request::Status), Response::Status(_)));
 }
 
 #[test]

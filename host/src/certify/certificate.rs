@@ -155,6 +155,14 @@ impl Certificate {
         self.proofs.iter().all(Proof::is_left_alone)
     }
 
+    /// The limit to which the values that the executor sends come nearest, as a share of it.
+    #[must_use]
+    pub fn tightest_as_played(&self) -> Option<&Proof> {
+        let share = |proof: &Proof| proof.played.map_or(0.0, |played| played / proof.limit);
+        let proofs = self.proofs.iter();
+        proofs.max_by(|a, b| share(a).total_cmp(&share(b)))
+    }
+
     /// The limit that is exceeded most, or, if none is, the one with the smallest relative margin.
     #[must_use]
     pub fn tightest(&self) -> Option<&Proof> {

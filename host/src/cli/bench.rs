@@ -3,7 +3,7 @@
 use super::{Failure, output, terminal};
 use crate::benchmarks::{Approach, Benchmark, Measured, all, named, run as measure};
 use crate::nlp::Pounce;
-use crate::ocp::{Mesh, Side};
+use crate::ocp::{Mesh, MeshRecord, Side};
 use clap::Args;
 use serde_json::{Value, json};
 
@@ -154,19 +154,22 @@ const fn sign(side: Side) -> char {
     }
 }
 
-fn object(measured: &Measured) -> Value {
-    let meshes: Vec<Value> = (measured.log.iter())
-        .map(|mesh| {
-            json!({
-                "intervals": mesh.intervals,
-                "points": mesh.points,
-                "objective": mesh.objective,
-                "error": mesh.error,
-                "objective_change": mesh.change,
-                "iterations": mesh.iterations,
-            })
+/// A log of meshes.
+pub(super) fn meshes(log: &[MeshRecord]) -> Value {
+    let of = |mesh: &MeshRecord| {
+        json!({
+            "intervals": mesh.intervals,
+            "points": mesh.points,
+            "objective": mesh.objective,
+            "error": mesh.error,
+            "objective_change": mesh.change,
+            "iterations": mesh.iterations,
         })
-        .collect();
+    };
+    log.iter().map(of).collect()
+}
+
+fn object(measured: &Measured) -> Value {
     let arcs = measured.arcs.as_ref().map(|found| {
         let arcs: Vec<Value> = (found.arcs.iter())
             .map(|arc| {
@@ -189,7 +192,7 @@ fn object(measured: &Measured) -> Value {
         "variables": measured.variables,
         "iterations": measured.iterations,
         "seconds": measured.time.as_secs_f64(),
-        "meshes": meshes,
+        "meshes": meshes(&measured.log),
         "structure": arcs,
     })
 }

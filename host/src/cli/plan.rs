@@ -1,5 +1,6 @@
 //! `stillpoint plan MOVE.toml`
 
+use super::bench::meshes;
 use super::{Failure, encode_plan, output, terminal, verify, write_file};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{NlpSolver, Pounce};
@@ -102,6 +103,8 @@ fn effort(effort: &Effort, total: Duration) -> Value {
         "solver": effort.solver,
         "iterations": effort.iterations,
         "rounds": effort.rounds,
+        "restarts": effort.restarts,
+        "intervals": effort.intervals,
         "variables": effort.variables,
         "constraints": effort.constraints,
         "seconds": {
@@ -130,8 +133,16 @@ fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
             .tightest()
             .map(|proof| proof.relative())
     );
+    object["refinement"] = json!(plan.refinement.as_ref().map(|refinement| {
+        json!({
+            "tolerance": refinement.tolerance,
+            "met": refinement.shortfall.is_none(),
+            "meshes": meshes(&refinement.meshes),
+            "words": refinement.in_words(),
+        })
+    }));
     object["finer_mesh"] = json!(plan.finer.map(|finer| {
-        json!({"points": finer.points, "duration_s": finer.duration_s, "relative_change": plan.change_to_finer()})
+        json!({"points": finer.points, "duration_s": finer.duration_s, "own_duration_s": finer.own_s, "relative_change": plan.change_to_finer()})
     }));
     let h = &plan.hamiltonian;
     object["hamiltonian"] =
@@ -191,6 +202,8 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
         solver,
         iterations,
         rounds,
+        restarts,
+        intervals,
         variables,
         constraints,
         setup,
@@ -199,7 +212,7 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
         ..
     } = &plan.effort;
     let mut text = format!(
-        "{:.3} ms, written to {}\n  {solver}: {iterations} iterations in {rounds} rounds, {variables} variables, {constraints} constraints\n",
+        "{:.3} ms, written to {}\n  {solver}: {iterations} iterations in {rounds} rounds, of which {restarts} led nowhere, {intervals} intervals, {variables} variables, {constraints} constraints\n",
         plan.solution.duration_s * 1e3,
         out.display()
     );
@@ -216,6 +229,9 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
             worst.relative(),
             worst.name
         );
+    }
+    if let Some(refinement) = &plan.refinement {
+        text += &format!("  {}\n", refinement.in_words());
     }
     for line in [
         plan.section.certificate.verdict(),

@@ -13,8 +13,8 @@ pub enum DeviceError {
     Transport(#[from] TransportError),
     /// Nobody answers the greeting.
     #[error(
-        "the board does not answer ({attempts} greetings in {} s, {damaged} damaged frames came): \
-         check that it runs, its port, its rate and its wiring", waited.as_secs_f64()
+        "the board does not answer ({attempts} greetings in {:.1} s, {damaged} damaged frames came): \
+         check that it runs, that nobody else is connected to it, its port, its rate and its wiring", waited.as_secs_f64()
     )]
     Silent {
         /// Greetings sent.
@@ -41,7 +41,7 @@ pub enum DeviceError {
     },
     /// A request was never answered.
     #[error(
-        "the board did not answer {attempts} times within {} s; whether it obeyed is not known: look at its status",
+        "the board did not answer {attempts} times within {:.1} s; whether it obeyed is not known: look at its status",
         waited.as_secs_f64()
     )]
     Unanswered {
@@ -50,6 +50,9 @@ pub enum DeviceError {
         /// Time waited.
         waited: Duration,
     },
+    /// The program was told to end while it waited.
+    #[error("interrupted")]
+    Interrupted,
     /// The session ended while an order was under way.
     #[error(
         "the board was restarted or somebody else has connected to it ({denial}); whether it obeyed is not known: look at its status"

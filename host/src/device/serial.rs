@@ -76,9 +76,10 @@ fn port(path: &str, baud: u32) -> Result<Box<dyn SerialPort>, TransportError> {
                 port,
                 reason: error.description,
             },
-            _ => TransportError::Failed {
+            _ => TransportError::NotSerial {
                 port,
-                error: error.into(),
+                baud,
+                reason: error.description,
             },
         })
 }

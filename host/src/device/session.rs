@@ -4,6 +4,8 @@ use super::error::DeviceError;
 use super::receiver::{Received, Receiver, Reception};
 use super::transport::{Transport, TransportError};
 use std::hash::{BuildHasher, RandomState};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use stillpoint_shared::protocol::{
     Denial, Envelope, Greeting, Hello, Identity, MAX_FRAME_BYTES, Message, Request, Response,
@@ -51,6 +53,7 @@ pub(super) struct Line<T> {
     pub(super) settings: Settings,
     envelope: Envelope,
     nonces: u64,
+    interrupt: Option<Arc<AtomicBool>>,
 }
 
 impl<T: Transport> Session<T> {
@@ -68,6 +71,7 @@ impl<T: Transport> Session<T> {
                 sequence: settings.seed as u16,
             },
             nonces: settings.seed,
+            interrupt: None,
         };
         let identity = line.greet()?;
         Ok(Self { line, identity })
@@ -96,6 +100,12 @@ impl<T: Transport> Session<T> {
     /// How patient the session is.
     pub fn settings(&self) -> &Settings {
         &self.line.settings
+    }
+
+    /// From when this is set, everything ends by [`DeviceError::Interrupted`] instead of sending a request, for the first
+    /// time or again; with `None` no longer. A request that was sent before may have been obeyed.
+    pub fn interrupt_by(&mut self, interrupt: Option<Arc<AtomicBool>>) {
+        self.line.interrupt = interrupt;
     }
 
     /// Looks for the board anew and opens another session. What is loaded, stored and under way on the board stays.
@@ -248,6 +258,14 @@ impl<T: Transport> Line<T> {
         }
     }
 
+    /// Whether the program is to end.
+    pub(super) fn check_interrupt(&self) -> Result<(), DeviceError> {
+        match &self.interrupt {
+            Some(interrupt) if interrupt.load(Ordering::Relaxed) => Err(DeviceError::Interrupted),
+            _ => Ok(()),
+        }
+    }
+
     /// Number for a new request.
     pub(super) fn next_sequence(&mut self) -> u16 {
         self.envelope.sequence = self.envelope.sequence.wrapping_add(1);
@@ -302,6 +320,7 @@ impl<T: Transport> Line<T> {
         let began = self.transport.now();
         let attempts = self.settings.attempts.max(1);
         for _ in 0..attempts {
+            self.check_interrupt()?;
             self.send(sequence, request)?;
             let deadline = self.transport.now() + timeout;
             while let Some((answered, response)) = self.receive(deadline, false)? {

@@ -71,7 +71,7 @@ fn info(restarts: u16) -> BoardInfo {
         firmware: env!("CARGO_PKG_VERSION"),
         build_id: 0,
         period_ticks: DRIVE_PERIOD_TICKS,
-        start: restarts.wrapping_mul(257),
+        start: restarts,
     }
 }
 
@@ -172,6 +172,10 @@ impl<const AXES: usize> Simulated<AXES> {
             self.to_host.extend(&self.link.transmit()[..sent]);
         }
         self.link.sent(sent);
+        if self.link.wants_start() && self.to_host.is_empty() {
+            // The same limits as before: this cannot fail.
+            let _ = self.restart();
+        }
         if self
             .restart_at
             .is_some_and(|requests| self.link.counters().requests >= requests)

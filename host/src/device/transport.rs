@@ -53,7 +53,9 @@ impl<T: Transport + ?Sized> Transport for Box<T> {
 #[non_exhaustive]
 pub enum TransportError {
     /// There is no such port.
-    #[error("there is no port {port}: plug the board in, or list the ports there are")]
+    #[error(
+        "there is no port {port}: plug the board in; `stillpoint device ports` lists the ports there are"
+    )]
     Absent {
         /// The port.
         port: String,
@@ -65,6 +67,19 @@ pub enum TransportError {
     Busy {
         /// The port.
         port: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// There is something of that name, but it does not work as a serial port.
+    #[error(
+        "{port} is no serial port, or none that can do {baud} bit/s: name one of those that `stillpoint device ports` \
+         lists, or another rate as in {port}@115200 ({reason})"
+    )]
+    NotSerial {
+        /// The name.
+        port: String,
+        /// The rate in bit/s.
+        baud: u32,
         /// What the system says.
         reason: String,
     },

@@ -114,6 +114,7 @@ impl<T: Transport> Session<T> {
         let mut flights: Vec<Flight> = Vec::new();
         let mut next = 0u8;
         loop {
+            self.line.check_interrupt()?;
             progress(Progress {
                 arrived: u32::from(arrived.blocks).saturating_sub(arrived.missing()),
                 blocks: u32::from(arrived.blocks),

@@ -4,6 +4,7 @@ use super::error::{Fault, Problem};
 use super::kind::MachineKind;
 use super::limits::Limits;
 use super::section::Section;
+use crate::simulate::modes;
 
 /// Poses closer than this in every component (m or rad) are the same: the board's f32 cannot tell them apart.
 const SAME_POSE: f64 = 1e-9;
@@ -60,6 +61,13 @@ fn read_pose(
     let angles_known = plant.joint_angles(&rest).iter().all(|x| x.is_finite());
     if moves.is_none() || !outputs_known || !angles_known {
         return Err(Fault::new(place, Problem::Singular { end }));
+    }
+    match modes::undriven_hz(plant, &rest) {
+        Ok(None) => {}
+        Ok(Some(frequency_hz)) => {
+            return Err(Fault::new(place, Problem::NeverStill { end, frequency_hz }));
+        }
+        Err(_) => return Err(Fault::new(place, Problem::Singular { end })),
     }
     Ok(pose)
 }

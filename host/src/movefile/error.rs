@@ -113,6 +113,18 @@ pub enum Problem {
         /// `"from"` or `"to"`.
         end: &'static str,
     },
+    /// The machine cannot be brought to rest at an end.
+    #[error(
+        "a move cannot end still at `{end}`: there the machine {}, and no motor acts on that. Choose another pose, or give it the \
+         stiffness that holds it",
+        if *frequency_hz > 0.0 { format!("can swing at {frequency_hz:.4} Hz") } else { "can drift".to_owned() }
+    )]
+    NeverStill {
+        /// `"from"` or `"to"`.
+        end: &'static str,
+        /// Of the motion that nothing stops; 0 if it does not even swing.
+        frequency_hz: f64,
+    },
     /// Both ends are the same.
     #[error("`from` and `to` are the same pose: there is nothing to move")]
     NoMove,

@@ -5,7 +5,7 @@
 //! | `[machine]` | `kind` and the machine's parameters |
 //! | `[limits]` | torque, torque rate and speed of every axis; the machine's own limits, which may be left out |
 //! | `[move]` | `from` and `to`: poses, with the machine's names |
-//! | `[mesh]` | `intervals`, `points` |
+//! | `[mesh]` | `intervals`, `points`; `refine` (true or false) and its `tolerance` may be left out |
 //! | `[solver]` | `limits` (`"everywhere"` or `"nodes"`), `tolerance`, `max_iterations`; may be left out |
 //! | `[robust]` | other plants that the same motion has to suit; may be left out (docs/robust.md) |
 //! | `[drive]` | the simulated drives; may be left out |

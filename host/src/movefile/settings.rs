@@ -8,13 +8,18 @@ use serde::Deserialize;
 use std::ops::RangeInclusive;
 
 /// The mesh that the planner starts with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mesh {
     /// Number of intervals.
     pub intervals: usize,
     /// Collocation points in each.
     pub points: usize,
+    /// Relative error down to which the mesh is refined, if it is.
+    pub refine: Option<f64>,
 }
+
+/// Relative error that refinement aims at if none is given.
+const REFINE_TOLERANCE: f64 = 1e-4;
 
 /// Where the planner imposes the limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, ValueEnum)]
@@ -53,6 +58,8 @@ impl Default for Solver {
 struct MeshTable {
     intervals: i64,
     points: i64,
+    refine: Option<bool>,
+    tolerance: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -66,7 +73,27 @@ struct SolverTable {
 impl Mesh {
     pub(super) fn read(section: &Section<'_>) -> Result<Self, Box<Fault>> {
         let table: MeshTable = section.read()?;
+        let refine = table.refine.unwrap_or(false);
+        let tolerance = table.tolerance.unwrap_or(REFINE_TOLERANCE);
+        let rule = if table.tolerance.is_some() && !refine {
+            Some("needs refine = true beside it")
+        } else if !(1e-8..=1e-1).contains(&tolerance) {
+            Some("must lie between 1e-8 and 0.1")
+        } else {
+            None
+        };
+        if let Some(rule) = rule {
+            return Err(Fault::new(
+                section.bytes("tolerance"),
+                Problem::Value {
+                    key: "tolerance".into(),
+                    value: tolerance,
+                    rule: rule.into(),
+                },
+            ));
+        }
         Ok(Self {
+            refine: refine.then_some(tolerance),
             // A planner's problem grows with both; beyond these it fits no machine this runs on.
             intervals: whole(section, "intervals", table.intervals, 1..=1000)?,
             // The basis on more points loses its digits in f32.

@@ -1,6 +1,6 @@
 //! The moves at hand, and everything that can be wrong with one.
 
-use super::{MachineKind, MoveFile, MoveFileError, Problem};
+use super::{LimitsAt, MachineKind, MoveFile, MoveFileError, Problem};
 use crate::machine::OutputKind;
 use proptest::prelude::*;
 
@@ -50,6 +50,20 @@ fn reads_the_papers_move() {
     let shown = |key: &str| file.entries.iter().find(|e| e.key == key).expect("entry");
     assert_eq!(shown("youngs_modulus_pa").value, "210e9");
     assert_eq!(shown("to.x_m").table, "move");
+}
+
+#[test]
+fn reads_whether_to_refine() {
+    for (keys, refine) in [
+        ("", None),
+        ("refine = false", None),
+        ("refine = true", Some(1e-4)),
+        ("refine = true\ntolerance = 1e-5", Some(1e-5)),
+    ] {
+        let text = AXIS.replace("points = 8", &format!("points = 8\n{keys}"));
+        let file = MoveFile::parse(&text, "axis.toml").expect("axis");
+        assert_eq!(file.mesh.refine, refine, "{keys}");
+    }
 }
 
 #[test]
@@ -176,6 +190,24 @@ fn names_what_is_missing() {
         &["[move] lacks the key `to`"],
     );
     refused(AXIS, "points = 8", "", &["[mesh] lacks the key `points`"]);
+    let refined = |keys: &str| format!("points = 8\n{keys}");
+    for (keys, words) in [
+        ("tolerance = 1e-4", "needs refine = true beside it"),
+        (
+            "refine = false\ntolerance = 1e-4",
+            "needs refine = true beside it",
+        ),
+        (
+            "refine = true\ntolerance = 1e-9",
+            "must lie between 1e-8 and 0.1",
+        ),
+        (
+            "refine = true\ntolerance = nan",
+            "must lie between 1e-8 and 0.1",
+        ),
+    ] {
+        refused(AXIS, "points = 8", &refined(keys), &["tolerance", words]);
+    }
     let empty = MoveFile::parse("", "m.toml")
         .expect_err("empty")
         .to_string();
@@ -353,6 +385,32 @@ fn refuses_moves_that_cannot_be() {
         "load_inertia_kg_m2 = 1e308",
         &["singular at `from`"],
     );
+    refused(
+        AXIS,
+        "stiffness_nm_per_rad = 200.0",
+        "stiffness_nm_per_rad = 1e-12",
+        &["cannot end still at `from`", "can drift"],
+    );
+}
+
+#[test]
+fn limits_hold_everywhere_unless_the_solver_table_says_otherwise() {
+    let parsed = |solver: &str| {
+        let text = format!("{AXIS}\n[solver]\n{solver}\n");
+        MoveFile::parse(&text, "move.toml").map(|file| file.solver.limits)
+    };
+    assert_eq!(parsed("").ok(), Some(LimitsAt::Everywhere));
+    assert_eq!(
+        parsed("limits = \"everywhere\"").ok(),
+        Some(LimitsAt::Everywhere)
+    );
+    assert_eq!(parsed("limits = \"nodes\"").ok(), Some(LimitsAt::Nodes));
+    let said = parsed("limits = \"somewhere\"")
+        .expect_err("no such place")
+        .to_string();
+    for part in ["limits", "somewhere", "everywhere", "nodes", "move.toml"] {
+        assert!(said.contains(part), "{said}");
+    }
 }
 
 #[test]

@@ -49,7 +49,7 @@ impl NlpSolver for Ipopt {
         let Some(mut session) = Session::new(problem, monitor) else {
             return Outcome::invalid(x);
         };
-        let warm = WarmStart::of(&mut *session.problem, settings.tolerance);
+        let warm = WarmStart::of(&mut *session.problem, settings);
         let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(mut ipopt) = Problem::new() else {
             return Outcome::invalid(x);

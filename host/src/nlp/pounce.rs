@@ -48,7 +48,7 @@ impl NlpSolver for Pounce {
         monitor: Monitor,
     ) -> Outcome {
         let x = problem.start().x.clone();
-        let warm = WarmStart::of(&mut *problem, settings.tolerance);
+        let warm = WarmStart::of(&mut *problem, settings);
         let mut app = IpoptApplication::new();
         if !settings.possible() || configure(&mut app, settings, warm).is_err() {
             return Outcome::invalid(x);

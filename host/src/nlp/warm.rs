@@ -14,9 +14,11 @@
 //! | 1e-7, 1e-9 | 1 · 37 11 27 44 | 1 · 14 5 37 39 |
 //!
 //! So the start decides: one that still solves the problem continues, any other takes the third
-//! row.
+//! row. Where the barrier is not lowered to zero, solutions keep their distance from the bounds, and any start takes the
+//! barrier at which its solve will end: on the paper's move with limits at ever more places 10, 6 and 3 iterations instead of 8,
+//! 13 and 13.
 
-use super::{Multipliers, NlpProblem};
+use super::{Multipliers, NlpProblem, Settings};
 use crate::ocp::Bounds;
 
 /// Where a warm start begins.
@@ -30,13 +32,20 @@ pub(super) struct WarmStart {
 
 impl WarmStart {
     /// For the problem's start, if that has multipliers.
-    pub(super) fn of(problem: &mut dyn NlpProblem, tolerance: f64) -> Option<Self> {
+    pub(super) fn of(problem: &mut dyn NlpProblem, settings: &Settings) -> Option<Self> {
+        let tolerance = settings.tolerance;
         let start = problem.start().clone();
         let warm = start.warm?;
         Some(if error(problem, &start.x, &warm) <= 10.0 * tolerance {
             Self {
                 barrier: 0.1 * tolerance,
                 distance: 1e-3 * tolerance,
+            }
+        } else if settings.least_barrier > 0.0 {
+            // The start is as far from its limits as the answer will be.
+            Self {
+                barrier: settings.least_barrier,
+                distance: settings.least_barrier,
             }
         } else {
             Self {

@@ -59,6 +59,11 @@ impl<'a> Courses<'a> {
         }
     }
 
+    /// Collocation points of an interval.
+    pub(crate) fn points(&self, interval: usize) -> usize {
+        self.solution.rules[interval].points()
+    }
+
     /// States, controls and the two courses of the path function at a place.
     fn at(&self, place: Place) -> At {
         let sizes = self.problem.sizes;
@@ -149,7 +154,9 @@ impl<'a> Courses<'a> {
                 first_point,
                 local,
             });
-            let difference = at.path[row] - at.path_through_nodes[row];
+            // Where they have nothing to do with each other yet, some room must be left.
+            let most = bounds.size() / 2.0;
+            let difference = (at.path[row] - at.path_through_nodes[row]).clamp(-most, most);
             bounds.lower -= difference.min(0.0);
             bounds.upper -= difference.max(0.0);
         }
@@ -220,7 +227,43 @@ fn parabola([(x0, y0), (x1, y1), (x2, y2)]: [(f64, f64); 3]) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::extremes;
+    use super::{Courses, Limited, extremes};
+    use crate::movefile::{MoveFile, PAPER_MOVE};
+    use crate::ocp::{Mesh, Transcription};
+    use crate::plan::{move_problem, quintic_guess};
+    use std::sync::Arc;
+
+    /// However far the function of the interpolated states is from the polynomial through the nodes, a sample leaves room.
+    #[test]
+    fn bounds_are_never_drawn_in_past_each_other() {
+        let file = MoveFile::parse(PAPER_MOVE, "paper.toml").expect("the paper's move");
+        let problem = Arc::new(move_problem(&file));
+        let guess = quintic_guess(&file, 0.05);
+        let program = Transcription::new(Arc::clone(&problem), Mesh::uniform(2, 10), &guess);
+        let mut solution = program.solution(&program.unknowns(&guess));
+        // Curvatures that swing from node to node: the displacements that follow are far from any polynomial.
+        for (node, mut states) in solution.states.column_iter_mut().enumerate() {
+            for curvature in 6..9 {
+                states[curvature] = if node % 2 == 0 { 3.0 } else { -3.0 };
+            }
+        }
+        let courses = Courses::new(&problem, &solution);
+        let mut drawn_in = 0.0_f64;
+        for row in 0..problem.sizes.path {
+            let whole = problem.path[row].bounds;
+            for step in 0..=40 {
+                let sample = courses.sample(1, f64::from(step) / 20.0 - 1.0, Limited::Path(row));
+                let left = sample.bounds.upper - sample.bounds.lower;
+                assert!(
+                    left >= 0.749 * (whole.upper - whole.lower),
+                    "{row}: {sample:?}"
+                );
+                drawn_in = drawn_in.max(1.0 - left / (whole.upper - whole.lower));
+            }
+        }
+        // The case is hard enough to need the cap.
+        assert!(drawn_in > 0.249, "{drawn_in}");
+    }
 
     #[test]
     fn tops_of_parabolas_and_ends() {

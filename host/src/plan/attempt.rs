@@ -6,7 +6,9 @@
 //! Review 35, 1993). Limits are drawn in by a margin, so that it ends after finitely many rounds and what is
 //! rounded to f32 still keeps them. That no limit is exceeded is not concluded from the peaks; it is proved afterwards.
 
-use super::{Diagnosis, Effort, Finer, Progress, robust_problem};
+use super::finer::{Beside, FinerProgram};
+use super::guess::slowed_guess;
+use super::{Diagnosis, Effort, Progress, robust_problem};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{Iteration, NlpSolver, Outcome, Settings, Start, Status};
 use crate::ocp::{
@@ -35,31 +37,45 @@ const FAR: f64 = 0.5;
 /// Rounds after which the peaks are taken as they are.
 const ROUNDS: usize = 10;
 
+/// Iterations that a round after the first may take.
+const ITERATIONS_PER_ROUND: usize = 150;
+
 /// The first round only finds out where the limits matter.
-const FIRST_TOLERANCE: f64 = 1e-3;
+const FIRST_TOLERANCE: f64 = 1e-5;
+
+/// How much longer the last answer is made where a round leads nowhere from it: far from all limits.
+const SLOWER: f64 = 1.5;
+
+/// Peaks nearer to a place than this, in mean distances of the points, are held by it as long as they keep their limit; a
+/// violated one that is nearer than the other moves it. Rows that say nearly the same make a program hard to solve.
+const HELD: f64 = 0.2;
+const SAME: f64 = 0.02;
 
 /// The finer mesh has this many points more in every interval; there the solver has this many iterations.
 const MORE_POINTS: usize = 2;
 const FINER_ITERATIONS: usize = 100;
 
 /// A solved program.
+#[derive(Clone)]
 pub(super) struct Solved {
     pub(super) transcription: Arc<Transcription>,
     pub(super) outcome: Outcome,
     pub(super) solution: Solution,
+    /// Where limits hold between the points.
+    samples: Vec<Sample>,
 }
 
 /// What attempts have in common.
 pub(super) struct Attempt<'a> {
-    file: &'a MoveFile,
-    problem: Arc<OptimalControlProblem>,
+    pub(super) file: &'a MoveFile,
+    pub(super) problem: Arc<OptimalControlProblem>,
     margin: f64,
     solver: &'a dyn NlpSolver,
     progress: &'a Rc<RefCell<Progress>>,
 }
 
 impl<'a> Attempt<'a> {
-    /// At the problem of a file; limits that have to hold everywhere are drawn in by a share of them.
+    /// At a problem of a file; limits that have to hold everywhere are drawn in by a share of them.
     pub(super) fn new(
         file: &'a MoveFile,
         problem: OptimalControlProblem,
@@ -76,96 +92,140 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// Solves from a first guess and adds what it cost to `effort`.
+    fn everywhere(&self) -> bool {
+        self.file.solver.limits == LimitsAt::Everywhere
+    }
+
+    /// Solves on a mesh from a first guess, in at most so many iterations in the first round, and adds what it cost to `effort`.
     pub(super) fn solve(
         &self,
+        mesh: Mesh,
         guess: &Guess,
         max_iterations: usize,
         effort: &mut Effort,
+        beside: &mut Beside<'_, '_>,
     ) -> Result<Solved, Box<Diagnosis>> {
         let started = Instant::now();
-        let mesh = Mesh::uniform(self.file.mesh.intervals, self.file.mesh.points);
-        let scaling = Scaling::automatic(&self.problem, guess);
-        let program =
-            |problem: &Arc<OptimalControlProblem>, path: Vec<usize>, samples: &[Sample]| {
-                let problem = Arc::clone(problem);
-                let whole = Transcription::with_scaling(problem, mesh.clone(), scaling.clone());
-                Arc::new(whole.with_path(path).with_samples(samples))
-            };
-        let everywhere = self.file.solver.limits == LimitsAt::Everywhere;
-        let mut samples = if everywhere {
+        let samples = if self.everywhere() {
             self.grid(&mesh)
         } else {
             Vec::new()
         };
-        let all = (0..self.problem.sizes.path).collect();
-        let mut problem = Arc::clone(&self.problem);
-        let mut transcription = program(&problem, all, &samples);
-        let mut start = Start {
-            x: transcription.unknowns(guess),
+        let scaling = Scaling::automatic(&self.problem, guess);
+        let first = Transcription::with_scaling(Arc::clone(&self.problem), mesh, scaling)
+            .with_samples(&samples);
+        let start = Start {
+            x: first.unknowns(guess),
             warm: None,
         };
         effort.setup += started.elapsed();
-        let last_iteration = effort.iterations + max_iterations;
-        for round in 0.. {
-            let first = everywhere && round == 0;
-            let tolerance = self.file.solver.tolerance;
-            let settings = Settings {
-                tolerance: if first {
-                    tolerance.max(FIRST_TOLERANCE)
-                } else {
-                    tolerance
-                },
-                max_iterations: last_iteration.saturating_sub(effort.iterations),
-                least_barrier: self.least_barrier(),
-            };
-            let outcome = self.run(&transcription, start, &settings, effort)?;
-            let solution = transcription.solution(&outcome.x);
-            let courses = Courses::new(&self.problem, &solution);
-            let mut peaks = if everywhere {
-                courses.peaks(-FAR)
-            } else {
-                Vec::new()
-            };
-            let path = self.near_path(&peaks);
-            peaks.retain(|peak| peak.excess > -NEAR);
-            let highest = peaks
-                .iter()
-                .fold(f64::NEG_INFINITY, |m, peak| m.max(peak.excess));
-            if !first && (highest <= USABLE * self.margin || round == ROUNDS) {
-                return Ok(Solved {
-                    transcription,
-                    outcome,
-                    solution,
-                });
-            }
-            renew(&mut samples, &courses, &peaks);
-            problem = self.nearer(problem, &solution);
-            let next = program(&problem, path, &samples);
-            start = next.start_from(&transcription, &outcome);
-            transcription = next;
+        let asked = self.file.solver.tolerance;
+        let tolerance = if self.everywhere() {
+            asked.max(FIRST_TOLERANCE)
+        } else {
+            asked
+        };
+        let settings = self.settings(tolerance, max_iterations);
+        let first = Arc::new(first);
+        let outcome = self.run(&first, start, &settings, effort)?;
+        let solved = Solved {
+            solution: first.solution(&outcome.x),
+            transcription: first,
+            outcome,
+            samples,
+        };
+        if self.everywhere() {
+            self.rounds(solved, effort, beside)
+        } else {
+            beside.begin(self.finer(&solved.transcription, &solved));
+            beside.own_duration(solved.solution.duration_s);
+            Ok(solved)
         }
-        unreachable!("the last round returns")
     }
 
-    /// A robust problem with its bounds on what is left drawn close around a solution; any other as it is.
-    fn nearer(
+    /// From an answer that keeps other limits, or these limits at fewer places, to one that keeps these everywhere.
+    pub(super) fn rounds(
         &self,
-        problem: Arc<OptimalControlProblem>,
-        solution: &Solution,
-    ) -> Arc<OptimalControlProblem> {
-        let Some(robust) = self
-            .file
-            .robust
-            .as_ref()
-            .filter(|_| !problem.ends.is_empty())
-        else {
-            return problem;
-        };
-        match robust_problem(self.file, robust, Some(solution)) {
-            Ok(nearer) => Arc::new(drawn_in(self.file, nearer, self.margin)),
-            Err(_) => problem,
+        mut solved: Solved,
+        effort: &mut Effort,
+        beside: &mut Beside<'_, '_>,
+    ) -> Result<Solved, Box<Diagnosis>> {
+        let settings = self.settings(self.file.solver.tolerance, ITERATIONS_PER_ROUND);
+        for round in 0..=ROUNDS {
+            let courses = Courses::new(&self.problem, &solved.solution);
+            let mut peaks = courses.peaks(-FAR);
+            let path = self.near_path(&peaks);
+            peaks.retain(|peak| peak.excess > -NEAR);
+            let kept = peaks.iter().all(|peak| peak.excess <= USABLE * self.margin);
+            // The first answer comes from elsewhere.
+            if round > 0 && kept {
+                break;
+            }
+            self.renew(&mut solved.samples, &courses, &peaks);
+            let (mesh, scaling) = (solved.transcription.mesh(), solved.transcription.scaling());
+            let problem = self.nearer(&solved.solution);
+            let next = Transcription::with_scaling(problem, mesh.clone(), scaling.clone())
+                .with_path(path)
+                .with_samples(&solved.samples);
+            let next = Arc::new(next);
+            if round == 0 {
+                beside.begin(self.finer(&next, &solved));
+            }
+            let outcome = self.run_or_restart(&next, &solved, &settings, effort)?;
+            solved.solution = next.solution(&outcome.x);
+            solved.transcription = next;
+            solved.outcome = outcome;
+            beside.own_duration(solved.solution.duration_s);
         }
+        Ok(solved)
+    }
+
+    /// The problem, with the bounds of a robust one on what is left drawn close around a solution.
+    fn nearer(&self, solution: &Solution) -> Arc<OptimalControlProblem> {
+        let robust = self.file.robust.as_ref();
+        robust
+            .filter(|_| !self.problem.ends.is_empty())
+            .and_then(|robust| robust_problem(self.file, robust, Some(solution)).ok())
+            .map_or_else(
+                || Arc::clone(&self.problem),
+                |problem| Arc::new(drawn_in(self.file, problem, self.margin)),
+            )
+    }
+
+    fn settings(&self, tolerance: f64, max_iterations: usize) -> Settings {
+        Settings {
+            tolerance,
+            max_iterations,
+            least_barrier: match self.file.solver.limits {
+                LimitsAt::Nodes => 0.0,
+                LimitsAt::Everywhere => tolerance * BARRIER,
+            },
+        }
+    }
+
+    /// Solves a program from an answer to another: with its multipliers, or without them, or from the answer slowed down.
+    fn run_or_restart(
+        &self,
+        program: &Arc<Transcription>,
+        last: &Solved,
+        settings: &Settings,
+        effort: &mut Effort,
+    ) -> Result<Outcome, Box<Diagnosis>> {
+        let near = program.start_from(&last.transcription, &last.outcome);
+        let without_multipliers = || near.x.clone();
+        let slowed = || program.unknowns(&slowed_guess(self.file, &last.solution, SLOWER));
+        let others: [&dyn Fn() -> Vec<f64>; 2] = [&without_multipliers, &slowed];
+        let mut outcome = self.run(program, near.clone(), settings, effort);
+        for x in others {
+            match &outcome {
+                Err(failed) if failed.status != Status::Stopped => {}
+                _ => break,
+            }
+            effort.restarts += 1;
+            let start = Start { x: x(), warm: None };
+            outcome = self.run(program, start, settings, effort);
+        }
+        outcome
     }
 
     /// One run of the solver.
@@ -177,6 +237,15 @@ impl<'a> Attempt<'a> {
         effort: &mut Effort,
     ) -> Result<Outcome, Box<Diagnosis>> {
         let started = Instant::now();
+        let left = self
+            .file
+            .solver
+            .max_iterations
+            .saturating_sub(effort.iterations);
+        let settings = Settings {
+            max_iterations: settings.max_iterations.min(left),
+            ..*settings
+        };
         let nlp = CollocationNlp::new(Arc::clone(transcription), start.x, start.warm);
         effort.variables = transcription.variables();
         effort.constraints = transcription.constraints();
@@ -190,7 +259,7 @@ impl<'a> Attempt<'a> {
             };
             (progress.borrow_mut())(&counted, iteration.objective * seconds_per_objective)
         });
-        let outcome = self.solver.solve(Box::new(nlp.clone()), settings, monitor);
+        let outcome = self.solver.solve(Box::new(nlp.clone()), &settings, monitor);
         effort.status = outcome.status;
         effort.iterations += outcome.iterations;
         effort.solve += started.elapsed();
@@ -201,34 +270,13 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// The duration of an answer's program on a finer mesh, started from the answer. Its limits hold at the same places.
-    pub(super) fn finer(&self, solved: &Solved) -> Option<Finer> {
-        let mesh = solved.transcription.mesh().with_more_points(MORE_POINTS);
-        let points = mesh.points();
-        let finer = Arc::new(solved.transcription.on_mesh(mesh));
-        let start = finer.start_from(&solved.transcription, &solved.outcome);
-        let settings = Settings {
-            tolerance: self.file.solver.tolerance,
-            max_iterations: FINER_ITERATIONS,
-            least_barrier: self.least_barrier(),
-        };
-        let nlp = CollocationNlp::new(Arc::clone(&finer), start.x, start.warm);
-        let outcome = self
-            .solver
-            .solve(Box::new(nlp), &settings, Box::new(|_| true));
-        if std::env::var("FINER").is_ok() {
-            eprintln!("finer {:?} {}", outcome.status, outcome.iterations);
-        }
-        (outcome.status == Status::Solved).then(|| Finer {
-            points,
-            duration_s: finer.solution(&outcome.x).duration_s,
-        })
-    }
-
-    fn least_barrier(&self) -> f64 {
-        match self.file.solver.limits {
-            LimitsAt::Nodes => 0.0,
-            LimitsAt::Everywhere => self.file.solver.tolerance * BARRIER,
+    /// A program on a finer mesh, to be started from an answer. Its limits hold at the same places.
+    fn finer(&self, program: &Transcription, solved: &Solved) -> FinerProgram {
+        let transcription = program.on_mesh(program.mesh().with_more_points(MORE_POINTS));
+        FinerProgram {
+            start: transcription.start_from(&solved.transcription, &solved.outcome),
+            transcription: Arc::new(transcription),
+            settings: self.settings(self.file.solver.tolerance, FINER_ITERATIONS),
         }
     }
 
@@ -267,23 +315,32 @@ impl<'a> Attempt<'a> {
         }
         samples
     }
+
+    /// Brings the samples up to date with a solution and adds its peaks.
+    fn renew(&self, samples: &mut Vec<Sample>, courses: &Courses<'_>, peaks: &[Peak]) {
+        for peak in peaks {
+            let distance = 2.0 / courses.points(peak.interval) as f64;
+            let nearest = (samples.iter_mut())
+                .filter(|s| s.interval == peak.interval && s.limited == peak.limited)
+                .map(|s| ((s.local - peak.local).abs() / distance, s))
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            let keeps = peak.excess <= USABLE * self.margin;
+            match nearest {
+                Some((near, _)) if keeps && near < HELD => {}
+                Some((near, sample)) if near < SAME => sample.local = peak.local,
+                _ => samples.push(courses.sample(peak.interval, peak.local, peak.limited)),
+            }
+        }
+        for sample in samples {
+            *sample = courses.sample(sample.interval, sample.local, sample.limited);
+        }
+    }
 }
 
-/// The problem with its limits drawn in by a margin where they have to hold everywhere.
+/// A problem with its limits drawn in by a margin where they have to hold everywhere.
 fn drawn_in(file: &MoveFile, problem: OptimalControlProblem, margin: f64) -> OptimalControlProblem {
     match file.solver.limits {
         LimitsAt::Nodes => problem,
         LimitsAt::Everywhere => problem.tightened(margin),
     }
-}
-
-/// Brings the samples up to date with a solution and adds its peaks.
-fn renew(samples: &mut Vec<Sample>, courses: &Courses<'_>, peaks: &[Peak]) {
-    for sample in &mut *samples {
-        *sample = courses.sample(sample.interval, sample.local, sample.limited);
-    }
-    let new = peaks
-        .iter()
-        .map(|peak| courses.sample(peak.interval, peak.local, peak.limited));
-    samples.extend(new);
 }

@@ -2,21 +2,12 @@
 
 use super::Plan;
 
-/// The duration on a finer mesh.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Finer {
-    /// Collocation points of that mesh.
-    pub points: usize,
-    /// Duration there, s.
-    pub duration_s: f64,
-}
-
 impl Plan {
     /// Change of the duration to the finer mesh, as a share of it.
     #[must_use]
     pub fn change_to_finer(&self) -> Option<f64> {
         let finer = self.finer?;
-        Some(finer.duration_s / self.solution.duration_s - 1.0)
+        Some(finer.duration_s / finer.own_s - 1.0)
     }
 
     /// What a finer mesh would change.
@@ -26,10 +17,12 @@ impl Plan {
             || "On a finer mesh the solver did not end, so its change of the duration is not known.".to_owned(),
             |(finer, change)| {
                 format!(
-                    "On a finer mesh of {} points instead of {} the move takes {:.3} ms, {:+.3} %.",
+                    "On a finer mesh of {} points instead of {}, with limits at the same places, the move takes {:.3} ms instead of \
+                     {:.3} ms, {:+.3} %.",
                     finer.points,
                     self.solution.mesh.points(),
                     finer.duration_s * 1e3,
+                    finer.own_s * 1e3,
                     change * 100.0
                 )
             },

@@ -3,7 +3,7 @@
 
 use crate::machine::{Equations, Plant};
 use crate::movefile::{Limits, MoveFile};
-use crate::ocp::Guess;
+use crate::ocp::{Guess, Solution};
 use nalgebra::{DMatrix, DVector};
 
 /// 6s⁵ − 15s⁴ + 10s³ with its first and second derivative.
@@ -31,6 +31,41 @@ pub fn quintic_guess(file: &MoveFile, duration_s: f64) -> Guess {
                 .map(|(a, b)| slope * (b - a) / duration_s),
         );
         (state, vec![0.0; axes])
+    })
+}
+
+/// A solution made `factor` times longer: poses stay, and what accelerations cause falls with the square of the factor.
+///
+/// Nearly a motion of the machine again, and far from the limits.
+pub(super) fn slowed_guess(file: &MoveFile, solution: &Solution, factor: f64) -> Guess {
+    let plant = file.machine.plant();
+    let (axes, count) = (plant.axis_count(), plant.coordinate_count());
+    let elastic: Vec<bool> = plant.coordinates().iter().map(|c| c.elastic).collect();
+    // After the nominal plant's states come those of any others, (q, v) of each.
+    let share = |state: usize| {
+        let power = match state.checked_sub(axes).map(|i| i % (2 * count)) {
+            None => 2,
+            Some(i) if i < count => 2 * i32::from(elastic[i]),
+            Some(i) => 1 + 2 * i32::from(elastic[i - count]),
+        };
+        factor.powi(-power)
+    };
+    let shares: Vec<f64> = (0..solution.states.nrows()).map(share).collect();
+    let solution = solution.clone();
+    Guess::new(solution.duration_s * factor, move |at| {
+        let states = solution.state_at_share(at);
+        let controls = solution.control_at_share(at);
+        (
+            states
+                .iter()
+                .zip(&shares)
+                .map(|(x, share)| x * share)
+                .collect(),
+            // Torque rates, then any commanded accelerations.
+            (controls.iter().enumerate())
+                .map(|(i, u)| u * factor.powi(if i < axes { -3 } else { -2 }))
+                .collect(),
+        )
     })
 }
 

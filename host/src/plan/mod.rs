@@ -4,30 +4,34 @@ mod attempt;
 mod check;
 mod diagnosis;
 mod figures;
+mod finer;
 mod guess;
 mod played;
 mod problem;
+mod refinement;
 mod ringing;
 mod robust;
 mod trajectory;
 
 pub use check::{EndMiss, StateMiss, end_miss};
 pub use diagnosis::{Diagnosis, Saturation, Violation};
-pub use figures::Finer;
+pub use finer::Finer;
 pub use guess::{quintic_guess, rigid_duration_s};
 pub use played::{Played, PlayedError};
 pub use problem::move_problem;
+pub use refinement::{Refinement, Shortfall};
 pub use robust::{nominal_part, robust_guess, robust_problem};
 pub use trajectory::{ConversionError, trajectory};
 
 use crate::certify::{Certificate, CertifyError, Coordinates, certify};
 use crate::movefile::{LimitsAt, MoveFile, Robust};
 use crate::nlp::{Iteration, NlpSolver, Status};
-use crate::ocp::{Guess, Hamiltonian, OptimalControlProblem, Solution};
+use crate::ocp::{Hamiltonian, Mesh, OptimalControlProblem, Solution};
 use crate::simulate::modes::ModesError;
 use crate::simulate::ode::OdeError;
 use crate::sptfile::Section;
 use attempt::{Attempt, Solved};
+use finer::Beside;
 use played::played;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -48,6 +52,10 @@ const GUESS_WITHOUT_ESTIMATE_S: f64 = 0.25;
 /// cannot be certified, or the executor's limiter might act on it.
 const MARGINS: [f64; 3] = [2e-4, 1e-3, 5e-3];
 
+/// How many times as many intervals are tried where what is planned on the mesh of the file cannot be certified: between few
+/// points polynomials follow a machine near a singular pose too badly.
+const MORE_INTERVALS: usize = 2;
+
 /// Share of its range by which a coordinate may miss its end before the user is warned, and before the plan is refused.
 const DOUBTFUL_MISS: f64 = 0.01;
 const REFUSED_MISS: f64 = 0.5;
@@ -65,6 +73,8 @@ pub struct Plan {
     pub effort: Effort,
     /// Where the machine ends when the dynamics are integrated under the planned control.
     pub end_miss: EndMiss,
+    /// What refinement of the mesh did, if it was asked for.
+    pub refinement: Option<Refinement>,
     /// The duration on a finer mesh, if the solver ended there.
     pub finer: Option<Finer>,
     /// The Hamiltonian, from the multipliers.
@@ -77,6 +87,12 @@ impl Plan {
     /// What a user has to know before trusting the plan.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
+        let doubts = [self.missing_the_end(), self.limiter_may_act()];
+        let doubts: Vec<String> = doubts.into_iter().flatten().collect();
+        (!doubts.is_empty()).then(|| doubts.join("; "))
+    }
+
+    fn missing_the_end(&self) -> Option<String> {
         let worst = self
             .end_miss
             .worst()
@@ -87,6 +103,29 @@ impl Plan {
             worst.name,
             worst.miss,
             worst.relative() * 100.0
+        ))
+    }
+
+    /// Positions far from zero have few digits left in f32: their steps from tick to tick can look faster than the limit.
+    fn limiter_may_act(&self) -> Option<String> {
+        let certificate = &self.section.certificate;
+        let proof = certificate.tightest_as_played()?;
+        if !certificate.is_certified() || proof.is_left_alone() {
+            return None;
+        }
+        let acts = match &self.played {
+            Ok(played) if played.limited_ticks > 0 => {
+                format!("acts in {} ticks", played.limited_ticks)
+            }
+            _ => "may act".to_owned(),
+        };
+        Some(format!(
+            "every limit holds, but as the board computes it in f32 {} can reach {:.6e} {} of {}, and its limiter {acts}: split the \
+             move, put the zero of the axis nearer to it, or leave more room below the drive's limit",
+            proof.name,
+            proof.played.unwrap_or(proof.bound),
+            proof.unit,
+            proof.limit
         ))
     }
 }
@@ -102,6 +141,10 @@ pub struct Effort {
     pub iterations: usize,
     /// Programs solved: one for every first guess, and with limits everywhere one for every set of places.
     pub rounds: usize,
+    /// How many of them led nowhere and were begun again from elsewhere.
+    pub restarts: usize,
+    /// Intervals of the mesh: more than the move file says where limits could not be kept on that.
+    pub intervals: usize,
     /// Variables of the nonlinear program.
     pub variables: usize,
     /// Constraints.
@@ -181,41 +224,77 @@ pub fn plan(
     solver: &dyn NlpSolver,
     progress: Progress,
 ) -> Result<Plan, PlanError> {
-    let started = Instant::now();
     let progress = Rc::new(RefCell::new(progress));
-    let attempt = Attempt::new(file, problem(file)?, solver, &progress, MARGINS[0]);
-    let mut effort = Effort {
+    let effort = Effort {
         solver: solver.name(),
         status: Status::Invalid,
         iterations: 0,
         rounds: 0,
+        restarts: 0,
+        intervals: 0,
         variables: 0,
         constraints: 0,
-        setup: started.elapsed(),
+        setup: Duration::ZERO,
         solve: Duration::ZERO,
         check: Duration::ZERO,
     };
+    std::thread::scope(|scope| {
+        let mut beside = Beside::new(scope, solver);
+        let mut plan = plan_on_mesh(file, solver, &progress, &mut beside, effort);
+        if let Err(PlanError::NotCertified { effort, .. }) = &plan {
+            let mut finer = file.clone();
+            finer.mesh.intervals *= MORE_INTERVALS;
+            if refinement::fits(&finer) {
+                let mut spent = Effort::clone(effort);
+                spent.restarts += 1;
+                plan = plan_on_mesh(&finer, solver, &progress, &mut beside, spent);
+            }
+        }
+        beside.stop();
+        plan
+    })
+}
+
+/// Plans on the mesh of a file.
+fn plan_on_mesh(
+    file: &MoveFile,
+    solver: &dyn NlpSolver,
+    progress: &Rc<RefCell<Progress>>,
+    beside: &mut Beside<'_, '_>,
+    mut effort: Effort,
+) -> Result<Plan, PlanError> {
+    let started = Instant::now();
+    let attempt = Attempt::new(file, problem(file)?, solver, progress, MARGINS[0]);
+    effort.intervals = file.mesh.intervals;
+    effort.setup += started.elapsed();
     let mut solved = match &file.robust {
-        None => from_first_guesses(file, &attempt, &mut effort)?,
+        None => from_first_guesses(file, &attempt, &mut effort, beside)?,
         Some(robust) => {
-            let nominal = Attempt::new(file, move_problem(file), solver, &progress, MARGINS[0]);
-            let nominal = from_first_guesses(file, &nominal, &mut effort)?;
-            from_nominal(file, robust, &attempt, &nominal, &mut effort)?
+            let nominal = Attempt::new(file, move_problem(file), solver, progress, MARGINS[0]);
+            let nominal = from_first_guesses(file, &nominal, &mut effort, beside)?;
+            from_nominal(file, robust, &attempt, &nominal, &mut effort, beside)?
         }
     };
+    let refinement = (file.mesh.refine)
+        .map(|tolerance| refinement::refine(&attempt, &mut solved, tolerance, &mut effort, beside))
+        .transpose()?;
     let mut shipped = Shipped::of(file, &nominal_part(file, &solved.solution))?;
     for margin in &MARGINS[1..] {
         if shipped.is_as_wanted(file) {
             break;
         }
-        let attempt = Attempt::new(file, problem(file)?, solver, &progress, *margin);
-        let guess = Guess::from_solution(solved.solution);
-        let left = file.solver.max_iterations.saturating_sub(effort.iterations);
-        let again = attempt.solve(&guess, left, &mut effort);
-        solved = again.map_err(|diagnosis| PlanError::unsolved(diagnosis, &effort))?;
+        let attempt = Attempt::new(file, problem(file)?, solver, progress, *margin);
+        solved = match attempt.rounds(solved.clone(), &mut effort, beside) {
+            Ok(again) => again,
+            Err(diagnosis) if diagnosis.status == Status::Stopped => {
+                return Err(PlanError::unsolved(diagnosis, &effort));
+            }
+            Err(_) => break,
+        };
         shipped = Shipped::of(file, &nominal_part(file, &solved.solution))?;
     }
-    checked(file, &attempt, solved, shipped, effort)
+    let plan = checked(file, beside, solved, shipped, effort)?;
+    Ok(Plan { refinement, ..plan })
 }
 
 /// The problem of a file, for all its plants.
@@ -233,10 +312,12 @@ fn from_nominal(
     attempt: &Attempt<'_>,
     nominal: &Solved,
     effort: &mut Effort,
+    beside: &mut Beside<'_, '_>,
 ) -> Result<Solved, PlanError> {
     let guess = robust_guess(file, robust, &nominal.solution)?;
     let left = file.solver.max_iterations.saturating_sub(effort.iterations);
-    let solved = attempt.solve(&guess, left, effort);
+    let mesh = nominal.solution.mesh.clone();
+    let solved = attempt.solve(mesh, &guess, left, effort, beside);
     solved.map_err(|diagnosis| PlanError::unsolved(diagnosis, effort))
 }
 
@@ -245,11 +326,12 @@ fn from_first_guesses(
     file: &MoveFile,
     attempt: &Attempt<'_>,
     effort: &mut Effort,
+    beside: &mut Beside<'_, '_>,
 ) -> Result<Solved, PlanError> {
     let estimate_s = rigid_duration_s(file).unwrap_or(GUESS_WITHOUT_ESTIMATE_S);
     let mut failure = None;
     for (index, slowness) in GUESS_SLOWNESS.into_iter().enumerate() {
-        let left = file.solver.max_iterations - effort.iterations;
+        let left = file.solver.max_iterations.saturating_sub(effort.iterations);
         let last = index + 1 == GUESS_SLOWNESS.len();
         let iterations = if last {
             left
@@ -257,11 +339,13 @@ fn from_first_guesses(
             left.min(ITERATIONS_PER_GUESS)
         };
         let guess = quintic_guess(file, estimate_s * slowness);
-        match attempt.solve(&guess, iterations, effort) {
+        let mesh = Mesh::uniform(file.mesh.intervals, file.mesh.points);
+        match attempt.solve(mesh, &guess, iterations, effort, beside) {
             Ok(solved) => return Ok(solved),
             Err(diagnosis) => {
                 let stopped = diagnosis.status == Status::Stopped;
                 failure = Some(diagnosis);
+                effort.restarts += usize::from(!last);
                 if stopped || effort.iterations >= file.solver.max_iterations {
                     break;
                 }
@@ -310,13 +394,12 @@ impl Shipped {
 /// Checks an answer and what is shipped of it.
 fn checked(
     file: &MoveFile,
-    attempt: &Attempt<'_>,
+    beside: &mut Beside<'_, '_>,
     solved: Solved,
     shipped: Shipped,
     mut effort: Effort,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
-    let nominal = nominal_part(file, &solved.solution);
     if let Some(tightest) = shipped.certificate.tightest()
         && !shipped.certificate.is_certified()
         && file.solver.limits == LimitsAt::Everywhere
@@ -326,19 +409,11 @@ fn checked(
             effort: Box::new(effort),
         });
     }
-    // The solver works on one core most of the time.
-    let (miss, played, finer) = std::thread::scope(|scope| {
-        let checks = scope.spawn(|| {
-            let miss = end_miss(&move_problem(file), &nominal);
-            (miss, played(file, &shipped.trajectory))
-        });
-        let finer = attempt.finer(&solved);
-        let (miss, played) = checks
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        (miss, played, finer)
-    });
-    effort.check = started.elapsed();
+    let nominal = nominal_part(file, &solved.solution);
+    let miss = end_miss(&move_problem(file), &nominal);
+    let played = played(file, &shipped.trajectory);
+    let finer = beside.finish();
+    effort.check += started.elapsed();
     let end_miss = match miss {
         Ok(miss) => miss,
         Err(source) => {
@@ -367,6 +442,7 @@ fn checked(
         },
         effort,
         end_miss,
+        refinement: None,
         finer,
         played,
     })

@@ -59,6 +59,44 @@ pub fn free(plant: &dyn Plant, q: &[f64]) -> Result<Vec<Mode>, ModesError> {
     Matrices::at(plant, q)?.modes(&DMatrix::identity(n, n))
 }
 
+/// Vibrations slower than this, three hours for one, are none: what they would bring back is adrift.
+const ADRIFT_HZ: f64 = 1e-4;
+
+/// Frequency (Hz) of a motion of the undeformed machine at `q` on which no motor acts, if there is one; 0 for one that is
+/// adrift. Such a motion can be neither begun nor ended.
+///
+/// Popov's, Belevitch's and Hautus's test for M q̈ + K q = Jᵀ τ: the modes of one frequency are controlled when J tells them
+/// apart.
+///
+/// # Errors
+/// [`ModesError`] at a singular pose.
+pub fn undriven_hz(plant: &dyn Plant, q: &[f64]) -> Result<Option<f64>, ModesError> {
+    let (n, axes) = (plant.coordinate_count(), plant.axis_count());
+    let mut equations = Equations::new(plant);
+    plant.equations(q, &vec![0.0; n], &mut equations);
+    let jacobian = DMatrix::from_row_slice(axes, n, &equations.joint_jacobian);
+    let modes = free(plant, q)?;
+    let seen = |mode: &Mode| &jacobian * DVector::from_column_slice(&mode.shape);
+    let seen: Vec<DVector<f64>> = modes.iter().map(seen).collect();
+    let most = seen
+        .iter()
+        .fold(0.0_f64, |most, motors| most.max(motors.norm()));
+    let alike = |a: &Mode, b: &Mode| {
+        b.frequency_hz < ADRIFT_HZ || b.frequency_hz - a.frequency_hz < 1e-9 * b.frequency_hz
+    };
+    let mut first = 0;
+    for group in modes.chunk_by(alike) {
+        let motors = DMatrix::from_columns(&seen[first..first + group.len()]);
+        first += group.len();
+        let told_apart = motors.rank(1e-9 * most);
+        if told_apart < group.len() {
+            let hz = group.last().map_or(0.0, |mode| mode.frequency_hz);
+            return Ok(Some(if hz < ADRIFT_HZ { 0.0 } else { hz }));
+        }
+    }
+    Ok(None)
+}
+
 /// M, K and J in units of the coordinates' magnitudes: metres and curvatures become comparable.
 struct Matrices {
     scale: DMatrix<f64>,

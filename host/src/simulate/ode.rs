@@ -190,6 +190,8 @@ pub fn integrate(
         match result {
             Ok(_) if sampler.lost => return Err(OdeError::Undefined { time_s }),
             Ok(_) => {}
+            // What is left is shorter than the shortest step.
+            Err(_) if !sampler.lost && to_s - time_s <= (to_s - from_s) * SHORTEST_STEP => {}
             // The crate calls it stiffness when a hundred steps in a row are rejected.
             Err(Error::StepSize { .. } | Error::Stiffness { .. }) => {
                 return Err(OdeError::Undefined { time_s });

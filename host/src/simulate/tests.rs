@@ -10,7 +10,7 @@ use super::stepper::Stepper;
 use super::trajectory::{Feedforward, from_path};
 use super::{ClosedLoop, ClosedLoopError, DriveSettings, Metrics, Recording};
 use crate::machine::{Equations, Plant};
-use crate::movefile::MoveFile;
+use crate::movefile::{MachineKind, MoveFile};
 use crate::nlp::Pounce;
 use stillpoint_firmware::Refusal;
 
@@ -51,6 +51,30 @@ fn locked_frequencies() {
     let omega = (200.0_f64 * (1.0 / 0.02 + 1.0 / 0.03)).sqrt();
     assert!(found[0].frequency_hz < 1e-6);
     close(found[1].frequency_hz, omega / std::f64::consts::TAU, 1e-12);
+}
+
+#[test]
+fn what_no_motor_acts_on() {
+    let paper = file("paper");
+    let plant = paper.machine.plant();
+    assert_eq!(
+        modes::undriven_hz(plant, &plant.rest(&paper.from)),
+        Ok(None)
+    );
+    let mut axis = file("axis");
+    assert_eq!(
+        modes::undriven_hz(axis.machine.plant(), &[0.3, 0.0]),
+        Ok(None)
+    );
+    let MachineKind::TwoMassAxis(machine) = &mut axis.machine else {
+        panic!("the axis has two masses");
+    };
+    // Without the spring the load drifts.
+    machine.stiffness_nm_per_rad = 0.0;
+    assert_eq!(
+        modes::undriven_hz(axis.machine.plant(), &[0.3, 0.0]),
+        Ok(Some(0.0))
+    );
 }
 
 #[test]

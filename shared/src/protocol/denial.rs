@@ -54,6 +54,8 @@ pub enum Denial {
         /// Number of samples in the record.
         samples: u16,
     },
+    /// The board is about to start anew, with other drives.
+    Starting,
 }
 
 impl From<Refusal> for Denial {
@@ -98,6 +100,10 @@ impl fmt::Display for Denial {
             Self::FaultSample { first, samples } => write!(
                 f,
                 "sample {first} of the fault record was asked for, it has {samples}: ask for its head first"
+            ),
+            Self::Starting => write!(
+                f,
+                "the board is about to start anew with other drives: connect again"
             ),
         }
     }

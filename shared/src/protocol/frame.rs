@@ -18,8 +18,8 @@ use core::fmt;
 use cobs::{DecodeResult, DecoderState, EncoderState, PushResult};
 use serde::{Deserialize, Serialize};
 
-use crate::encode;
-use crate::hash::CRC_32;
+use crate::crc::Crc32;
+use crate::{decode, encode};
 
 /// Most bytes of a payload.
 pub const MAX_PAYLOAD_BYTES: usize = 536;
@@ -161,17 +161,17 @@ pub fn encode<'b, T: Serialize>(
         most: buffer.len().min(MAX_FRAME_BYTES),
     };
     let mut stuffed = Stuffed::new(buffer).ok_or(too_long)?;
-    let mut digest = CRC_32.digest();
+    let mut crc = Crc32::new();
     let mut room = MAX_PAYLOAD_BYTES;
     let fits = encode::encode(&(envelope, body), &mut |piece| {
-        digest.update(piece);
+        crc.update(piece);
         let rest = room.checked_sub(piece.len());
         rest.is_some_and(|rest| {
             room = rest;
             stuffed.extend(piece).is_some()
         })
     });
-    let check_sum = digest.finalize().to_le_bytes();
+    let check_sum = crc.sum().to_le_bytes();
     if !fits || stuffed.extend(&check_sum).is_none() {
         return Err(too_long);
     }
@@ -182,13 +182,13 @@ pub fn encode<'b, T: Serialize>(
 /// [`encode`] made.
 pub fn open(payload: &[u8]) -> Result<(Envelope, &[u8]), FrameError> {
     let bytes = payload.len();
-    postcard::take_from_bytes(payload).map_err(|_| FrameError::Body { bytes })
+    decode::take(payload).map_err(|_| FrameError::Body { bytes })
 }
 
 /// Reads a body; no byte may be left over.
 pub fn read<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, FrameError> {
     let bytes = body.len();
-    match postcard::take_from_bytes(body) {
+    match decode::take(body) {
         Ok((body, [])) => Ok(body),
         _ => Err(FrameError::Body { bytes }),
     }
@@ -253,9 +253,7 @@ impl FrameDecoder {
         let whole = self.bytes.get(..length).unwrap_or_default();
         let damaged = FrameError::CheckSum { bytes: length };
         Some(match whole.split_last_chunk() {
-            Some((payload, check_sum))
-                if CRC_32.checksum(payload) == u32::from_le_bytes(*check_sum) =>
-            {
+            Some((payload, check_sum)) if Crc32::of(payload) == u32::from_le_bytes(*check_sum) => {
                 Ok(payload)
             }
             _ => Err(damaged),

@@ -11,8 +11,8 @@
 //!
 //! | request | response | meaning |
 //! |---|---|---|
-//! | `Hello` | `Hello` | opens a session; who is there, what fits, what is loaded and stored |
-//! | `Status` | `Status` | how things are; counts as a sign of life |
+//! | `Hello` | `Hello` | opens a session; who is there, what fits, what is loaded and stored; no sign of life |
+//! | `Status` | `Status` | how things are |
 //! | `KeepAlive` | `Done` | a sign of life |
 //! | `UploadBegin` | `Upload` | begins an upload, or goes on with the same one |
 //! | `UploadBlock` | `Upload` | 128 values of the trajectory; in any order, twice does no harm |
@@ -31,7 +31,7 @@
 //! | `List` | `Stored` | what is stored |
 //! | `Load` | `Done` | loads a stored trajectory |
 //! | `Erase` | `Done` | forgets a stored trajectory, or all |
-//! | `SetTelemetry` | `Done` | every how many drive ticks, which channels |
+//! | `SetTelemetry` | `Done` | every how many drive ticks, which channels; no sign of life |
 //! | `GetLimits` | `Limits` | the machine's limits |
 //! | `SetLimits` | `Done` | other limits, kept over a loss of power; what was loaded is forgotten |
 //! | `GetConfig` | `Config` | how the executor plays: tolerances, monitors, ramps |
@@ -41,6 +41,9 @@
 //! | `GetFault` | `Fault` | first cause and head of the fault record, kept over a reset |
 //! | `GetFaultSamples` | `FaultSamples` | up to 5 samples of the last second before the fault |
 //! | any | `Denied` | refused, with numbers; nothing has changed |
+//!
+//! Every new request of the open session is a sign of life of the host, but `SetTelemetry`; a
+//! greeting and a repetition are none.
 //!
 //! `Telemetry` is sent unasked, with sequence numbers of its own.
 //!
@@ -56,7 +59,8 @@
 //! begins anywhere, adds one per request and has one order unanswered at a time.
 //!
 //! A session ends when another one is opened; requests of any other session than the open one are
-//! `Denied`, so that bytes left over on the line do nothing. A `Hello` with the nonce of the open
+//! `Denied`, so that bytes left over on the line do nothing, also over a reset of the board: the
+//! board draws session numbers from the host's nonce. A `Hello` with the nonce of the open
 //! session is a repetition and opens none.
 //!
 //! # Upload
@@ -86,7 +90,7 @@ mod telemetry;
 
 use core::ops::RangeInclusive;
 
-use crc::{CRC_32_ISO_HDLC, Crc};
+use crate::crc::Crc32;
 
 pub use denial::Denial;
 pub use fault::{FaultAxis, FaultHead, FaultSample, MAX_FAULT_SAMPLES};
@@ -105,4 +109,4 @@ pub const PROTOCOL: RangeInclusive<u16> = 1..=1;
 pub const SCHEMA: &str = include_str!("schema.txt");
 
 /// CRC-32 of [`SCHEMA`]: it changes when any message type does.
-pub const SCHEMA_HASH: u32 = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(SCHEMA.as_bytes());
+pub const SCHEMA_HASH: u32 = Crc32::of(SCHEMA.as_bytes());

@@ -23,6 +23,10 @@ pub enum ConfigField {
     FollowingAtRest,
     /// Following error allowed per speed.
     FollowingLag,
+    /// Greatest age of feedback.
+    FeedbackAge,
+    /// Longest duration of a tick.
+    BusyLimit,
 }
 
 impl fmt::Display for ConfigField {
@@ -35,6 +39,8 @@ impl fmt::Display for ConfigField {
             Self::StartTolerance => "accept.start_tolerance_rad",
             Self::FollowingAtRest => "monitor.following_at_rest_rad",
             Self::FollowingLag => "monitor.following_lag_s",
+            Self::FeedbackAge => "monitor.feedback_age_ticks",
+            Self::BusyLimit => "monitor.busy_limit_ticks",
         })
     }
 }
@@ -51,12 +57,14 @@ pub enum ConfigError {
         /// Axes of the executor.
         executor: u8,
     },
-    /// A number is not finite, negative, or zero where it must be positive.
+    /// A number is not finite, negative, zero where it must be positive, or too large.
     Value {
         /// Which.
         field: ConfigField,
         /// Its value.
         value: f32,
+        /// The largest that is allowed.
+        most: f32,
     },
     /// The board's drive loop has another period.
     Period {
@@ -73,12 +81,13 @@ impl fmt::Display for ConfigError {
             Self::Axes { limits, executor } => {
                 write!(
                     f,
-                    "the limits are of {limits} axes, the executor of {executor}: give one set per axis"
+                    "the limits are of {limits} axes, the board runs exactly {executor}: \
+                     use a move file of {executor} axes, or a board built for {limits}"
                 )
             }
-            Self::Value { field, value } => write!(
+            Self::Value { field, value, most } => write!(
                 f,
-                "{field} is {value}: give a finite number that is not negative (period and ramp: positive)"
+                "{field} is {value}: give a number from 0 (period and ramp: above it) to {most}"
             ),
             Self::Period {
                 given_ticks,

@@ -85,6 +85,24 @@ pub enum FaultCause {
     },
     /// The board started anew while the drives were on; found afterwards in the fault record.
     Restart,
+    /// An armed axis that was not enabled yet moved away from the first node.
+    LeftStart {
+        /// Axis, from 0.
+        axis: u8,
+        /// First node minus measured position, in rad.
+        distance_rad: f32,
+        /// The greatest distance allowed, in rad.
+        tolerance_rad: f32,
+    },
+    /// A drive was armed and is not enabled.
+    NotEnabled {
+        /// Axis, from 0.
+        axis: u8,
+        /// Drive ticks since it was armed.
+        waited_ticks: u32,
+        /// The longest wait allowed, in drive ticks.
+        limit_ticks: u32,
+    },
 }
 
 impl fmt::Display for Fault {
@@ -171,6 +189,26 @@ impl fmt::Display for FaultCause {
             Self::Restart => write!(
                 f,
                 "the board started anew while the drives were on: check its supply and its log"
+            ),
+            Self::LeftStart {
+                axis,
+                distance_rad,
+                tolerance_rad,
+            } => write!(
+                f,
+                "armed and not enabled yet, axis {axis} is {distance_rad} rad from the first node, \
+                 {tolerance_rad} rad are allowed: check what moves it, then clear",
+                axis = ordinal(axis)
+            ),
+            Self::NotEnabled {
+                axis,
+                waited_ticks,
+                limit_ticks,
+            } => write!(
+                f,
+                "the drive of axis {axis} is not enabled {waited_ticks} ticks after it was armed, \
+                 {limit_ticks} are allowed: check its supply and enable input, then clear",
+                axis = ordinal(axis)
             ),
         }
     }

@@ -4,6 +4,7 @@
 //! The order of an enum's variants is the wire format (postcard writes their index): append, never
 //! reorder.
 
+mod cause_words;
 mod command;
 mod config_error;
 mod drive;

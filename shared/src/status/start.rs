@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Refusal;
+
 /// What to do when nothing has been heard from the host for too long during a move.
 ///
 /// | state | `Continue` | `Hold` | `QuickStop` |
@@ -38,6 +40,29 @@ pub struct StartRequest {
     pub comms_timeout_ticks: u32,
     /// Whether to play with the drives off.
     pub dry_run: bool,
+}
+
+impl StartRequest {
+    /// Whether the request means the trajectory that is loaded and the machine's limits, by their hashes, and says how
+    /// long the host may be silent.
+    pub fn check(&self, loaded: u64, machine: u64) -> Result<(), Refusal> {
+        if self.trajectory_hash != loaded {
+            return Err(Refusal::OtherTrajectory {
+                quoted: self.trajectory_hash,
+                loaded,
+            });
+        }
+        if self.limits_hash != machine {
+            return Err(Refusal::OtherLimits {
+                quoted: self.limits_hash,
+                machine,
+            });
+        }
+        if self.comms != CommsPolicy::Continue && self.comms_timeout_ticks == 0 {
+            return Err(Refusal::NoCommsTimeout);
+        }
+        Ok(())
+    }
 }
 
 /// Why a move is held.

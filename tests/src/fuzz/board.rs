@@ -3,10 +3,11 @@
 use super::bytes::Bytes;
 use super::seeds::{start_rad, valid_move};
 use super::trajectory::limits;
+use stillpoint_firmware::bench::{Action, BenchDrives};
 use stillpoint_firmware::link::BoardInfo;
 use stillpoint_firmware::store::flash::RamFlash;
 use stillpoint_firmware::store::{Layout, Store};
-use stillpoint_firmware::{Config, IdealDrives, Link, Machine, State, TickInputs};
+use stillpoint_firmware::{Config, Link, Machine, State, TickInputs};
 use stillpoint_shared::LIMIT_TOLERANCE;
 use stillpoint_shared::assembly::{self, Outline};
 use stillpoint_shared::protocol::{
@@ -23,9 +24,27 @@ struct Board {
     link: Link,
     machine: Box<Machine<AXES>>,
     store: Store<SmallFlash>,
-    drives: IdealDrives<AXES>,
+    drives: BenchDrives<AXES>,
     decoder: FrameDecoder,
     envelope: Envelope,
+}
+
+/// What happens to the drives.
+fn trouble(bytes: &mut Bytes<'_>) -> Action {
+    let choice = bytes.u8();
+    let axis = choice / 16 % 3;
+    match choice % 8 {
+        0 | 1 => Action::Repair,
+        2 => Action::CutBus,
+        3 => Action::Fault { axis },
+        4 => Action::SwitchOff { axis },
+        5 => Action::Silence { axis },
+        6 => Action::Block { axis },
+        _ => Action::Turn {
+            axis,
+            position_rad: f32::from_bits(bytes.u32()),
+        },
+    }
 }
 
 /// Bytes: one after another what happens, and with what.
@@ -47,7 +66,7 @@ pub fn board(data: &[u8]) {
         }),
         machine: Box::new(Machine::new(limits().clone(), Config::default()).expect("it fits")),
         store: Store::mount(SmallFlash::new(), layout),
-        drives: IdealDrives::at(&start_rad().into()),
+        drives: BenchDrives::at(&start_rad().into()),
         decoder: FrameDecoder::new(),
         envelope: Envelope {
             session: 0,
@@ -72,7 +91,8 @@ pub fn board(data: &[u8]) {
 impl Board {
     fn step(&mut self, bytes: &mut Bytes<'_>) {
         match bytes.u8() {
-            0..=59 => self.ticks(bytes.u8(), &TickInputs::default()),
+            0..=57 => self.ticks(bytes.u8(), &TickInputs::default()),
+            58 | 59 => self.drives.act(trouble(bytes)),
             60 => {
                 let inputs = TickInputs {
                     emergency_stop: bytes.u8() & 1 == 1,

@@ -74,7 +74,7 @@ pub fn trajectory(data: &[u8]) {
     let first: [f32; AXES] = std::array::from_fn(|axis| first_value(&blocks, axis));
     let mut drives = IdealDrives::at(&first.into());
     executor.tick(&mut drives, &TickInputs::default());
-    let Some(measured_rad) = executor.measured_rad() else {
+    let Ok(measured_rad) = executor.measured_rad() else {
         return;
     };
     executor.begin_load(&outline).expect("the outline is sound");

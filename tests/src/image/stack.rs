@@ -3,13 +3,15 @@
 //! The frame of a function is taken to be all that its instructions push, on whatever path. A
 //! function that jumps to another one counts as calling it, and one that calls through a pointer as
 //! calling every function whose address is found in code or data. All that only makes the bound
-//! larger.
+//! larger. One kind of call through a register is told apart: to save bytes, the compiler loads the
+//! address of a function that is called several times into a register and calls that. Such an
+//! address is taken to be called there and not handed on.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use super::Function;
-use super::thumb::{Effect, effect, length};
+use super::thumb::{Effect, effect, length, registers};
 
 /// The deepest path.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -121,6 +123,8 @@ impl Search<'_> {
             bytes: 0,
             path: Vec::new(),
         };
+        // Among the words of a register that is called there may be numbers of another kind.
+        calls.retain(|call| self.functions.contains_key(call));
         for call in calls {
             let called = self.deepest(call)?;
             if called.bytes >= below.bytes {
@@ -142,7 +146,8 @@ impl Search<'_> {
 fn frame(function: &Function) -> Result<Frame, StackError> {
     let inside = function.address..function.address + function.code.len() as u32;
     let mut frame = Frame::default();
-    let mut lower = [0; 16];
+    let (mut lower, mut uses) = ([0; 16], [const { RegisterUse::NONE }; 16]);
+    let mut words = BTreeMap::new();
     let half_word = |offset: u32| {
         let bytes = function.code.get(offset as usize..)?.first_chunk()?;
         Some(u16::from_le_bytes(*bytes))
@@ -155,16 +160,19 @@ fn frame(function: &Function) -> Result<Frame, StackError> {
             .partition_point(|(start, _)| *start <= address);
         if following > 0 && function.data[following - 1].1 {
             let word = u32::from(half_word(offset + 2).unwrap_or_default()) << 16;
-            frame.numbers.push(word | u32::from(first));
+            words.insert(address, word | u32::from(first));
             offset += 2;
             continue;
         }
         let second = half_word(offset + 2).unwrap_or_default();
-        match effect(address, first, second) {
+        let effect = effect(address, first, second);
+        match effect {
             Effect::None => {}
             Effect::Push(bytes) => frame.bytes += bytes,
             Effect::PushUnknown => return Err(StackError::Unknown(function.name.clone())),
             Effect::Indirect => frame.calls_pointer = true,
+            Effect::CallRegister(register) => uses[usize::from(register)].calls = true,
+            Effect::Load { register, from } => uses[usize::from(register)].loads.push(from),
             Effect::LowerHalf { register, value } => lower[usize::from(register)] = value,
             Effect::UpperHalf { register, value } => {
                 let low = u32::from(lower[usize::from(register)]);
@@ -173,7 +181,50 @@ fn frame(function: &Function) -> Result<Frame, StackError> {
             Effect::Jump(target) if inside.contains(&target) => {}
             Effect::Call(target) | Effect::Jump(target) => frame.calls.push(target),
         }
+        if !matches!(effect, Effect::CallRegister(_) | Effect::Load { .. }) {
+            let used = registers(first, second);
+            for (register, other) in uses.iter_mut().enumerate() {
+                other.otherwise |= used >> register & 1 == 1;
+            }
+        }
         offset += length(first);
     }
+    let (mut called, mut known_elsewhere) = (BTreeSet::<u32>::new(), BTreeSet::<u32>::new());
+    for register in &uses {
+        let only_called = !register.otherwise && !register.loads.is_empty();
+        frame.calls_pointer |= register.calls && !only_called;
+        let loaded = if register.calls {
+            &mut called
+        } else {
+            &mut known_elsewhere
+        };
+        loaded.extend(&register.loads);
+    }
+    for (address, word) in words {
+        if called.contains(&address) {
+            frame.calls.push(word & !1);
+        }
+        if !called.contains(&address) || known_elsewhere.contains(&address) {
+            frame.numbers.push(word);
+        }
+    }
     Ok(frame)
+}
+
+/// What a function does with a register.
+struct RegisterUse {
+    /// Addresses of the words that it loads into it.
+    loads: Vec<u32>,
+    /// It calls what the register points to.
+    calls: bool,
+    /// It does something else with it.
+    otherwise: bool,
+}
+
+impl RegisterUse {
+    const NONE: Self = Self {
+        loads: Vec::new(),
+        calls: false,
+        otherwise: false,
+    };
 }

@@ -14,8 +14,17 @@ pub(super) enum Effect {
     Call(u32),
     /// A jump, to another function or inside this one.
     Jump(u32),
-    /// A call or jump to an address in a register or in memory.
+    /// A call of the function that a register points to.
+    CallRegister(u16),
+    /// A jump to an address in a register or in memory.
     Indirect,
+    /// A register is loaded from an address near the instruction.
+    Load {
+        /// The register.
+        register: u16,
+        /// Address of the word.
+        from: u32,
+    },
     /// The lower half of a register is set.
     LowerHalf {
         /// The register.
@@ -57,7 +66,12 @@ fn short(address: u32, word: u16) -> Effect {
         _ if word & 0xff87 == 0x4685 && word != 0x46bd => Effect::PushUnknown,
         _ if word & 0xff87 == 0x4485 => Effect::PushUnknown,
         // blx register
-        _ if word & 0xff87 == 0x4780 => Effect::Indirect,
+        _ if word & 0xff87 == 0x4780 => Effect::CallRegister(word >> 3 & 0xf),
+        // ldr register, [pc, #]
+        0x4800..=0x4fff => Effect::Load {
+            register: word >> 8 & 7,
+            from: ((address + 4) & !3) + 4 * low_byte,
+        },
         // bx lr returns, bx register jumps; so does mov pc, register.
         0x4770 => Effect::None,
         _ if word & 0xff87 == 0x4700 || word & 0xff87 == 0x4687 => Effect::Indirect,
@@ -93,6 +107,11 @@ fn long(address: u32, first: u16, second: u16) -> Effect {
         // ldr.w pc, [register]; from [sp], # it is a return.
         0xf85d if second == 0xfb04 => Effect::None,
         _ if first & 0xff70 == 0xf850 && second >> 12 == 0xf => Effect::Indirect,
+        // ldr.w register, [pc, #]
+        0xf8df => Effect::Load {
+            register: second >> 12,
+            from: ((address + 4) & !3) + (low & 0xfff),
+        },
         // movw and movt register, #
         _ if first & 0xfbf0 == 0xf240 && second >> 15 == 0 => Effect::LowerHalf {
             register: second >> 8 & 0xf,
@@ -105,6 +124,39 @@ fn long(address: u32, first: u16, second: u16) -> Effect {
         // Branches: 11110 S ..., second half-word 1 L ...
         _ if first >> 11 == 0b11110 && second >> 15 == 1 => branch(address, high, low),
         _ => Effect::None,
+    }
+}
+
+/// A bit for every register that the instruction may read or write, saving and restoring on the stack apart. Where the
+/// encoding is not looked at closely there are some too many.
+pub(super) fn registers(first: u16, second: u16) -> u16 {
+    let bit = |field: u16| 1 << (field & 0xf);
+    let low = |shift: u16| bit(first >> shift & 7);
+    if length(first) == 4 {
+        return match first {
+            // push.w, pop.w, vpush, vpop
+            0xe92d | 0xe8bd | 0xed2d | 0xed6d | 0xecbd | 0xecfd => 0,
+            // Branches
+            _ if first >> 11 == 0b11110 && second >> 15 == 1 => 0,
+            // Floating point: a base, a number that is moved
+            _ if first & 0xec00 == 0xec00 => bit(first) | bit(second >> 12),
+            // ldm, stm
+            _ if first & 0xfe40 == 0xe800 => bit(first) | second,
+            _ => bit(first) | bit(second) | bit(second >> 8) | bit(second >> 12),
+        };
+    }
+    match first {
+        0x0000..=0x1fff => low(0) | low(3) | low(6),
+        0x2000..=0x3fff | 0x4800..=0x4fff | 0x9000..=0xafff => low(8),
+        0x4000..=0x43ff | 0x6000..=0x8fff | 0xb200..=0xb2ff | 0xba00..=0xbaff => low(0) | low(3),
+        0x4400..=0x47ff => bit(first >> 4 & 8 | first & 7) | bit(first >> 3),
+        0x5000..=0x5fff => low(0) | low(3) | low(6),
+        // cbz, cbnz
+        0xb100..=0xb1ff | 0xb300..=0xb3ff | 0xb900..=0xb9ff | 0xbb00..=0xbbff => low(0),
+        // ldm, stm
+        0xc000..=0xcfff => low(8) | first & 0xff,
+        // Adjusting sp, push, pop, hints, branches
+        _ => 0,
     }
 }
 
@@ -175,7 +227,15 @@ mod tests {
             (0xf43f, 0xaffe, Effect::Jump(at)),     // beq.w .
             (0xe7fe, 0, Effect::Jump(at)),          // b .
             (0xd1fe, 0, Effect::Jump(at)),          // bne .
-            (0x4798, 0, Effect::Indirect),          // blx r3
+            (0x4798, 0, Effect::CallRegister(3)),   // blx r3
+            (
+                0x4d02,
+                0,
+                Effect::Load {
+                    register: 5,
+                    from: at + 4 + 8,
+                },
+            ), // ldr r5, [pc, #8]
             (0x4718, 0, Effect::Indirect),          // bx r3
             (0x4770, 0, Effect::None),              // bx lr
             (0xf3bf, 0x8f5f, Effect::None),         // dmb

@@ -12,10 +12,13 @@ use stillpoint_firmware::bench::{AXES, Action, Record, TickRecord};
 use stillpoint_firmware::{Refusal, State};
 use stillpoint_shared::protocol::{Denial, Request, Status};
 use stillpoint_shared::status::{CommsPolicy, StartRequest};
-use stillpoint_shared::{Limits, Trajectory};
+use stillpoint_shared::{Limits, Trajectory, TrajectoryBuilder};
 
 /// Longest time to wait for anything: far more than it takes on a busy computer.
 pub(super) const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Slow enough to act in the middle of the move, however busy the computer is: the move takes 2.5 s.
+pub(super) const SLOWLY_PERCENT: u8 = 2;
 
 /// Limits of the paper's machine and its move, planned once.
 pub(super) fn paper() -> &'static (Limits, Trajectory) {
@@ -31,6 +34,18 @@ pub(super) fn paper() -> &'static (Limits, Trajectory) {
 /// Positions in rad at which a trajectory begins.
 pub(super) fn first_rad(trajectory: &Trajectory) -> [f32; AXES] {
     std::array::from_fn(|axis| trajectory.coefficients()[axis])
+}
+
+/// A move that stays where it is, of as many blocks as the paper's.
+pub(super) fn still(id: u32) -> Trajectory {
+    let (limits, trajectory) = paper();
+    let mut builder = TrajectoryBuilder::new(id, limits);
+    let mut row = first_rad(trajectory).map(f64::from).to_vec();
+    row.resize(9, 0.0);
+    for _ in 0..6 {
+        builder.interval(80_000, 10, &row.repeat(11)).unwrap();
+    }
+    builder.finish().unwrap()
 }
 
 /// Start of the paper's move, without supervision of the host.
@@ -66,7 +81,13 @@ impl Bench {
 
     /// A board as new, whose axes stand where the paper's move begins.
     pub(super) fn new() -> Self {
-        let session = Session::open(Self::board(), Settings::default()).unwrap();
+        // The line loses nothing. To ask again would be a sign of life that nobody means.
+        let settings = Settings {
+            response_timeout: PATIENCE,
+            attempts: 1,
+            ..Settings::default()
+        };
+        let session = Session::open(Self::board(), settings).unwrap();
         let mut bench = Self {
             session,
             seen: Vec::new(),
@@ -149,10 +170,24 @@ impl Bench {
         self.until(&format!("{state:?}"), |record| record.state == state)
     }
 
+    /// Waits until the move is held or done.
+    pub(super) fn until_halt(&mut self) -> TickRecord {
+        self.until("end of motion", |record| {
+            matches!(record.state, State::Held | State::Done)
+        })
+    }
+
     /// Waits until a part of the move is played.
     pub(super) fn until_share(&mut self, share: f64) -> TickRecord {
         let ticks = share * f64::from(paper().1.duration_ticks());
         self.until("progress", |record| f64::from(record.path_ticks) >= ticks)
+    }
+
+    /// A board that plays the paper's move slowly, and has begun to.
+    pub(super) fn under_way() -> Self {
+        let mut bench = Self::running(SLOWLY_PERCENT, &start_request());
+        bench.until_share(0.05);
+        bench
     }
 
     /// Waits until the axes are measured at these positions: the bench turns them, but does not say when.

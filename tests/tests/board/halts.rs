@@ -4,9 +4,9 @@ use stillpoint_firmware::State;
 use stillpoint_firmware::bench::{AXES, TickRecord};
 use stillpoint_shared::LIMIT_TOLERANCE;
 use stillpoint_shared::protocol::Request;
-use stillpoint_shared::status::HoldReason;
+use stillpoint_shared::status::{CommsPolicy, HoldReason, StartRequest};
 
-use super::bench::{Bench, paper, start_request};
+use super::bench::{Bench, SLOWLY_PERCENT, paper, start_request};
 use super::replay::planned_position;
 
 const PERIOD_S: f32 = 250e-6;
@@ -38,54 +38,58 @@ fn check(seen: &[TickRecord]) {
     }
 }
 
+/// Silence of the host in ticks after which the board holds by itself: so the hold comes in the middle of the move at full
+/// speed, however slow this computer is.
+const SILENCE_TICKS: u32 = 80;
+
 #[test]
 fn a_move_is_held_resumed_and_slowed_within_its_limits() {
-    let mut bench = Bench::running(100, &start_request());
-    // In the middle, or what this computer makes of it: the board does not wait.
-    bench.until_share(0.2);
-    bench.session.order(&Request::Hold).unwrap();
-    let held = bench.until("hold", |record| {
-        matches!(record.state, State::Held | State::Done)
-    });
-    assert_eq!(
-        held.state,
-        State::Held,
-        "this computer was too slow to hold"
-    );
-    let status = bench.status();
-    assert_eq!(status.held_by, Some(HoldReason::Command));
+    let start = StartRequest {
+        comms: CommsPolicy::Hold,
+        comms_timeout_ticks: SILENCE_TICKS,
+        ..start_request()
+    };
+    let mut bench = Bench::running(100, &start);
+    let held = bench.until_state(State::Held);
     assert!(held.path_ticks < paper().1.duration_ticks());
+    assert_eq!(bench.status().held_by, Some(HoldReason::CommsLost));
     bench.wait_ticks(200);
 
-    bench
-        .session
-        .order(&Request::Override { percent: 30 })
-        .unwrap();
-    bench.session.order(&Request::Resume).unwrap();
-    let share = 0.5 * (1.0 + f64::from(held.path_ticks) / f64::from(paper().1.duration_ticks()));
-    bench.until_share(share);
-    bench
-        .session
-        .order(&Request::Override { percent: 100 })
-        .unwrap();
-    bench.until_state(State::Done);
+    // Orders come at rest only, so that it does not matter when.
+    let mut percents = [30].into_iter().chain(std::iter::repeat(100));
+    while bench.seen.last().unwrap().state == State::Held {
+        let percent = percents.next().unwrap();
+        let request = Request::Override { percent };
+        bench.session.order(&request).unwrap();
+        bench.session.order(&Request::Resume).unwrap();
+        bench.until_state(State::Running);
+        bench.until_halt();
+    }
 
     let begin = bench.seen.iter().position(|r| r.state == State::Running);
     let seen = &bench.seen[begin.unwrap()..];
     check(seen);
 
     // It stood while it was held.
-    let held: Vec<_> = seen.iter().filter(|r| r.state == State::Held).collect();
-    assert!(held.len() > 100);
-    let places = held.iter().map(|record| record.sent.unwrap());
-    let places: Vec<_> = places.map(|sent| sent.map(|axis| axis[0])).collect();
-    assert!(places.windows(2).all(|pair| pair[0] == pair[1]));
-    // It went on at 30 %: 750 of 2,500 time ticks per tick.
-    let resumed = seen.iter().rposition(|record| record.state == State::Held);
-    let steps = seen[resumed.unwrap()..].windows(2);
-    let steps: Vec<_> = steps.map(|p| p[1].path_ticks - p[0].path_ticks).collect();
-    let slow = steps.iter().filter(|step| (749..=751).contains(*step));
-    assert!(slow.count() > 5, "{steps:?}");
+    let held = seen
+        .windows(2)
+        .filter(|pair| pair.iter().all(|record| record.state == State::Held));
+    let places = |record: &TickRecord| record.sent.unwrap().map(|axis| axis[0]);
+    assert!(held.clone().count() > 100);
+    assert!(
+        held.clone()
+            .all(|pair| places(&pair[0]) == places(&pair[1]))
+    );
+    // It came from full speed, 2,500 time ticks per tick, and went on at 30 %.
+    let steps: Vec<_> = seen
+        .windows(2)
+        .map(|pair| pair[1].path_ticks - pair[0].path_ticks)
+        .collect();
+    let of_speed = |speed: u32| {
+        let near = speed - 1..=speed + 1;
+        steps.iter().filter(|step| near.contains(*step)).count()
+    };
+    assert!(of_speed(2_500) > 70 && of_speed(750) > 5, "{steps:?}");
     // The end is the planned one, exactly.
     let coefficients = paper().1.coefficients();
     let end = &coefficients[coefficients.len() - 3 * AXES..];
@@ -95,14 +99,29 @@ fn a_move_is_held_resumed_and_slowed_within_its_limits() {
     }
 }
 
-/// Slow motion from the start, faster and slower on the way.
+/// Orders in the middle of the move. When they come depends on this computer; what has to hold does not.
 #[test]
 fn an_override_changes_the_speed_and_nothing_else() {
-    let mut bench = Bench::running(30, &start_request());
-    for (share, percent) in [(0.2, 100), (0.5, 30), (0.7, 100)] {
+    let mut bench = Bench::running(SLOWLY_PERCENT, &start_request());
+    for (share, percent) in [(0.05, 30), (0.3, 10), (0.5, 100)] {
         bench.until_share(share);
         bench.session.order(&Request::Override { percent }).unwrap();
     }
+    bench.until_state(State::Done);
+    let begin = bench.seen.iter().position(|r| r.state == State::Running);
+    check(&bench.seen[begin.unwrap()..]);
+}
+
+#[test]
+fn a_move_is_held_by_an_order() {
+    let mut bench = Bench::under_way();
+    bench.session.order(&Request::Hold).unwrap();
+    bench.until_state(State::Held);
+    assert_eq!(bench.status().held_by, Some(HoldReason::Command));
+    let percent = 100;
+    let request = Request::Override { percent };
+    bench.session.order(&request).unwrap();
+    bench.session.order(&Request::Resume).unwrap();
     bench.until_state(State::Done);
     let begin = bench.seen.iter().position(|r| r.state == State::Running);
     check(&bench.seen[begin.unwrap()..]);

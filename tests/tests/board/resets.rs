@@ -23,8 +23,7 @@ fn reset(bench: &mut Bench) {
 
 #[test]
 fn a_fault_record_outlives_a_reset() {
-    let mut bench = Bench::running(10, &start_request());
-    bench.until_share(0.2);
+    let mut bench = Bench::under_way();
     bench.act(Action::Fault { axis: 1 });
     bench.until_state(State::Fault);
     let before = bench.session.fault_report().unwrap().unwrap();
@@ -37,8 +36,7 @@ fn a_fault_record_outlives_a_reset() {
 /// The record says so itself, since nobody could write it down.
 #[test]
 fn a_reset_during_a_move_leaves_the_drives_off_and_is_recorded() {
-    let mut bench = Bench::running(10, &start_request());
-    bench.until_share(0.2);
+    let mut bench = Bench::under_way();
     reset(&mut bench);
     assert_eq!(bench.status().state, State::Idle);
     bench.wait_ticks(100);

@@ -5,21 +5,8 @@ use std::time::Duration;
 use stillpoint::device::Qemu;
 use stillpoint::device::{DeviceError, Faults, Faulty, Session, Settings};
 use stillpoint_shared::protocol::Request;
-use stillpoint_shared::{Trajectory, TrajectoryBuilder};
 
-use super::bench::{Bench, first_rad, paper};
-
-/// A move that stays where it is, of as many blocks as the paper's.
-fn still(id: u32) -> Trajectory {
-    let (limits, trajectory) = paper();
-    let mut builder = TrajectoryBuilder::new(id, limits);
-    let mut row = first_rad(trajectory).map(f64::from).to_vec();
-    row.resize(9, 0.0);
-    for _ in 0..6 {
-        builder.interval(80_000, 10, &row.repeat(11)).unwrap();
-    }
-    builder.finish().unwrap()
-}
+use super::bench::{Bench, paper, still};
 
 /// Content hash of what is loaded, over a good line.
 fn loaded(session: &mut Session<Faulty<Qemu>>) -> Option<u64> {
@@ -31,10 +18,12 @@ fn loaded(session: &mut Session<Faulty<Qemu>>) -> Option<u64> {
 /// The thousand uploads of the simulated board are in the host's tests; here are a few on the image itself.
 #[test]
 fn uploads_over_a_bad_line_are_whole_or_given_up() {
-    let mut settings = Settings::default();
-    // A byte takes the emulator a turn of two threads: milliseconds on a busy computer.
-    settings.response_timeout = Duration::from_millis(300);
-    settings.attempts = 20;
+    let settings = Settings {
+        // A byte takes the emulator a turn of two threads: milliseconds on a busy computer.
+        response_timeout: Duration::from_millis(300),
+        attempts: 20,
+        ..Settings::default()
+    };
     let board = Bench::board();
     let mut session = Session::open(Faulty::new(board, Faults::NONE), settings).unwrap();
     let axes = paper().0.axes().iter().copied().collect();

@@ -25,7 +25,8 @@ pub(super) struct Arguments {
     /// Send settings of the executor: tolerances, monitors, ramps; names as shown, those left out stay
     #[arg(long, value_name = "SETTINGS.toml")]
     settings: Option<PathBuf>,
-    /// Send the drives' configuration, in the form in which it is shown; a controller with other drives than before starts anew
+    /// Send the drives' configuration, as it is shown (an example: docs/board.md); a controller with other drives than before starts
+    /// anew
     #[arg(long, value_name = "DRIVES.toml")]
     drives: Option<PathBuf>,
 }
@@ -54,14 +55,14 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
         let config = changed(config(&mut board)?, changes)?;
         board
             .order(&Request::SetConfig(config))
-            .map_err(Explained)?;
+            .map_err(Explained::from)?;
     }
     if let Some(drives) = &drives {
         let request = Request::SetDrives {
             bus: *drives.bus(),
             axes: drives.axes().iter().copied().collect(),
         };
-        board.order(&request).map_err(Explained)?;
+        board.order(&request).map_err(Explained::from)?;
     }
     show(line, &mut board)
 }
@@ -77,11 +78,11 @@ pub(super) fn set_limits(board: &mut Board, limits: &Limits) -> Result<(), Expla
     Ok(board.order(&request)?)
 }
 
-fn unexpected(request: &'static str) -> Explained {
-    Explained(DeviceError::Unexpected { request })
+fn unexpected(request: &'static str) -> DeviceError {
+    DeviceError::Unexpected { request }
 }
 
-fn config(board: &mut Board) -> Result<Config, Explained> {
+fn config(board: &mut Board) -> Result<Config, DeviceError> {
     match board.ask(&Request::GetConfig)? {
         Response::Config(config) => Ok(config),
         _ => Err(unexpected("GetConfig")),
@@ -124,18 +125,18 @@ fn show(line: &line::Arguments, board: &mut Board) -> Result<(), Failure> {
     let not_yet = Denial::Executor(Refusal::NotConfigured);
     let limits = match board.ask(&Request::GetLimits) {
         Ok(Response::Limits(limits)) => Some(limits),
-        Ok(_) => return Err(unexpected("GetLimits").into()),
+        Ok(_) => return Err(Explained::from(unexpected("GetLimits")).into()),
         Err(DeviceError::Denied(denial)) if denial == not_yet => None,
-        Err(error) => return Err(Explained(error).into()),
+        Err(error) => return Err(Explained::from(error).into()),
     };
     let config = match config(board) {
         Ok(config) => Some(config),
-        Err(Explained(DeviceError::Denied(denial))) if denial == not_yet => None,
-        Err(error) => return Err(error.into()),
+        Err(DeviceError::Denied(denial)) if denial == not_yet => None,
+        Err(error) => return Err(Explained::from(error).into()),
     };
-    let drives = match board.ask(&Request::GetDrives).map_err(Explained)? {
+    let drives = match board.ask(&Request::GetDrives).map_err(Explained::from)? {
         Response::Drives(drives) => drives,
-        _ => return Err(unexpected("GetDrives").into()),
+        _ => return Err(Explained::from(unexpected("GetDrives")).into()),
     };
     line.say_faults(board);
     if line.json {
@@ -172,7 +173,9 @@ fn show(line: &line::Arguments, board: &mut Board) -> Result<(), Failure> {
     };
     text += &match drives {
         Some(drives) => format!("\n# drives\n{}", toml::to_string(&drives)?),
-        None => "\n# no configuration of drives\n".to_owned(),
+        None => "\n# no configuration of drives: simulated ones need none; for those on CAN, send with --drives one like\n\
+                 # that in docs/board.md#drive-configuration\n"
+            .to_owned(),
     };
     output::text(&text)
 }

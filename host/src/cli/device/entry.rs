@@ -19,6 +19,11 @@ pub(super) fn of(error: &DeviceError) -> Option<String> {
     Some(format!("{PAGE}#{entry}"))
 }
 
+/// An entry about what people see, rather than what a board says.
+pub(super) fn of_symptom(anchor: &str) -> String {
+    format!("{PAGE}#{anchor}")
+}
+
 /// The entry about a fault.
 pub(super) fn of_fault(cause: &FaultCause) -> String {
     format!("{PAGE}#{}", entry("FaultCause", cause))

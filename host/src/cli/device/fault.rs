@@ -23,7 +23,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), Failure> {
     let mut board = line.open(None)?;
-    let report = board.fault_report().map_err(Explained)?;
+    let report = board.fault_report().map_err(Explained::from)?;
     line.say_faults(&board);
     if line.json {
         return output::object(&object(report.as_ref()));

@@ -28,15 +28,35 @@ pub(in crate::cli) struct Arguments {
 /// A session over any line.
 pub(super) type Board = Session<Faulty<Box<dyn Transport>>>;
 
-/// What a board refused, or why it cannot be reached, and where that is explained.
+/// What a board refused, why it cannot be reached, or how a move failed, and where that is explained.
 #[derive(Debug)]
-pub(super) struct Explained(pub(super) DeviceError);
+pub(super) struct Explained {
+    pub(super) message: String,
+    /// A place in the docs, if there is one.
+    pub(super) see: Option<String>,
+}
+
+impl Explained {
+    pub(super) fn new(message: impl Into<String>, see: impl Into<String>) -> Self {
+        Self {
+            message: message.into(),
+            see: Some(see.into()),
+        }
+    }
+
+    /// The same, and what that means for the machine.
+    pub(super) fn and(mut self, consequence: &str) -> Self {
+        self.message += "; ";
+        self.message += consequence;
+        self
+    }
+}
 
 impl fmt::Display for Explained {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.0)?;
-        match entry::of(&self.0) {
-            Some(entry) => write!(f, "\n  see {entry}"),
+        f.write_str(&self.message)?;
+        match &self.see {
+            Some(see) => write!(f, "\n  see {see}"),
             None => Ok(()),
         }
     }
@@ -46,7 +66,10 @@ impl std::error::Error for Explained {}
 
 impl From<DeviceError> for Explained {
     fn from(error: DeviceError) -> Self {
-        Self(error)
+        Self {
+            message: error.to_string(),
+            see: entry::of(&error),
+        }
     }
 }
 
@@ -68,14 +91,14 @@ impl Arguments {
             t.coefficients().get(..t.axes()).unwrap_or_default()
         });
         let line = port.open(first_rad, || simulated(trajectory));
-        let line = line.map_err(|error| Explained(error.into()))?;
+        let line = line.map_err(|error| Explained::from(DeviceError::from(error)))?;
         let line = Faulty::new(line, self.faults.unwrap_or(Faults::NONE));
         let mut settings = Settings::default();
         if self.faults.is_some() {
             // Somebody wants to see how it gets through.
             settings.attempts = 20;
         }
-        Ok(Session::open(line, settings).map_err(Explained)?)
+        Ok(Session::open(line, settings).map_err(Explained::from)?)
     }
 
     /// Says on stderr what the injector has done, if there is one.

@@ -2,7 +2,7 @@
 
 use super::line::{self, Explained};
 use crate::cli::{Failure, output, terminal};
-use crate::device::{LogImage, Port, Qemu, Session, Settings, TransportError, qemu};
+use crate::device::{DeviceError, LogImage, Port, Qemu, Session, Settings, TransportError, qemu};
 use clap::Args;
 use std::iter;
 use std::path::PathBuf;
@@ -43,11 +43,12 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
             show(&image, iter::once(bytes))
         }
         (None, Some(Port::Qemu)) => follow(image),
-        (None, _) => Err(
+        (None, _) => Err(Explained::new(
             "only an emulated board (--port qemu:) logs to this program; give the file that another one has logged to. A real \
-             board logs over its debug probe: `cargo flash-f405` shows it\n  see docs/board.md#the-log"
-                .into(),
-        ),
+             board logs over its debug probe: `cargo flash-f405` shows it",
+            "docs/board.md#the-log",
+        )
+        .into()),
     }
 }
 
@@ -58,8 +59,8 @@ fn follow(image: PathBuf) -> Result<(), Failure> {
         ..qemu::Options::default()
     };
     let board = Qemu::start(&options).map_err(TransportError::from);
-    let board = board.map_err(|error| Explained(error.into()))?;
-    let board = Session::open(board, Settings::default()).map_err(Explained)?;
+    let board = board.map_err(|error| Explained::from(DeviceError::from(error)))?;
+    let board = Session::open(board, Settings::default()).map_err(Explained::from)?;
     let image = LogImage::read(&image)?;
     image.expect(board.identity().greeting.build_id)?;
     let interrupted = terminal::interrupted();
@@ -74,11 +75,15 @@ fn follow(image: PathBuf) -> Result<(), Failure> {
 }
 
 fn show(image: &LogImage, pieces: impl Iterator<Item = Vec<u8>>) -> Result<(), Failure> {
-    let mut result = Ok(());
+    let (mut result, mut lines) = (Ok(()), 0);
     image.decode(pieces, |text| {
+        lines += 1;
         if result.is_ok() {
             result = output::line(text);
         }
     });
+    if lines == 0 {
+        terminal::step("there is no message in the log");
+    }
     result
 }

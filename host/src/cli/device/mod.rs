@@ -110,10 +110,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// A failure as JSON: in the board's words, and where they are explained.
+/// A failure as JSON: in the same words, and where they are explained.
 pub(super) fn failed(failure: &(dyn std::error::Error + 'static)) -> Value {
-    let Some(Explained(error)) = failure.downcast_ref() else {
-        return json!({"status": "error", "message": failure.to_string()});
-    };
-    json!({"status": "error", "message": error.to_string(), "see": entry::of(error)})
+    match failure.downcast_ref() {
+        Some(Explained { message, see }) => {
+            json!({"status": "error", "message": message, "see": see})
+        }
+        None => json!({"status": "error", "message": failure.to_string(), "see": null}),
+    }
 }

@@ -90,14 +90,14 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
     };
     board
         .order(&Request::SetTelemetry(telemetry))
-        .map_err(Explained)?;
+        .map_err(Explained::from)?;
     let patience = PATIENCE + Duration::from_secs_f64(every_ticks / ticks_per_s);
     let result = watch(&mut board, form, seconds, arguments.keep_alive, patience);
     // What comes out of this counts less than what came before.
     let off = board.order(&Request::SetTelemetry(TelemetryConfig::OFF));
     line.say_faults(&board);
     result?;
-    Ok(off.map_err(Explained)?)
+    Ok(off.map_err(Explained::from)?)
 }
 
 fn watch(
@@ -117,10 +117,10 @@ fn watch(
             break;
         }
         if keep_alive && now >= beat {
-            board.order(&Request::KeepAlive).map_err(Explained)?;
+            board.order(&Request::KeepAlive).map_err(Explained::from)?;
             beat = now + BEAT;
         }
-        let Some(received) = board.telemetry(GLANCE).map_err(Explained)? else {
+        let Some(received) = board.telemetry(GLANCE).map_err(Explained::from)? else {
             if board.transport().now() - heard > patience {
                 return Err(format!(
                     "no telemetry came for {:.1} s: the board was restarted, or somebody else has connected to it",

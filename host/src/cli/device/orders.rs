@@ -46,7 +46,7 @@ pub(super) fn clear(line: &line::Arguments) -> Result<(), Failure> {
 /// Gives an order to a board of its own session.
 fn order(line: &line::Arguments, name: &str, request: &Request<'_>) -> Result<(), Failure> {
     let mut board = line.open(None)?;
-    board.order(request).map_err(Explained)?;
+    board.order(request).map_err(Explained::from)?;
     done(line, &mut board, name)
 }
 

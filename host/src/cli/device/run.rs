@@ -3,18 +3,19 @@
 use super::line::{self, Board, Explained};
 use super::{config, entry, start, upload, words};
 use crate::cli::{Failure, output, read_trajectory, terminal};
-use crate::device::Uploaded;
+use crate::device::{DeviceError, Uploaded};
 use clap::Args;
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
 use std::time::Duration;
 use stillpoint_shared::Trajectory;
-use stillpoint_shared::protocol::{Request, Status};
-use stillpoint_shared::status::{HoldReason, State};
+use stillpoint_shared::protocol::{Request, Response, Status};
+use stillpoint_shared::status::{FaultCause, HoldReason, State};
 use stillpoint_shared::time;
 
-/// Run a move from beginning to end. While it runs the status is asked for ten times a second, which the board takes
-/// as signs of life; Ctrl-C sends a quick stop.
+/// Run a move from beginning to end. While it runs the status is asked for ten times a second, or four times within a
+/// shorter --timeout-ms, which the board takes as signs of life. Ctrl-C sends a quick stop; before the move has begun it
+/// switches the drives off.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The trajectory file
@@ -30,15 +31,14 @@ pub(super) struct Arguments {
     disarm: bool,
 }
 
-/// Time between two questions.
-const BETWEEN: Duration = Duration::from_millis(100);
-
 pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), Failure> {
     let trajectory = read_trajectory(&arguments.trajectory)?;
     let limits = (arguments.move_file.as_deref())
         .map(config::limits_of)
         .transpose()?;
+    let between = arguments.how.between_questions()?;
     let mut board = line.open(Some(&trajectory))?;
+    board.interrupt_by(Some(Arc::clone(terminal::interrupted())));
     let result = (|| {
         if let Some(limits) = &limits
             && board.identity().limits_hash != limits.hash()
@@ -46,12 +46,19 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
             config::set_limits(&mut board, limits)?;
         }
         let uploaded = upload::upload(&mut board, &trajectory)?;
-        play(&mut board, &trajectory, &arguments.how)?;
-        let status = until_done(&mut board);
+        let how = &arguments.how;
+        let (header, status) = (
+            trajectory.header(),
+            board.status().map_err(Explained::from)?,
+        );
+        let request = how.request(&board, header.content_hash, header.limits_hash);
+        start::play(&mut board, &status, &request, !how.dry_run)?;
+        let status = until_done(&mut board, how, between, status.tick);
         terminal::end_bar();
         let status = status?;
-        if arguments.disarm && !arguments.how.dry_run {
-            board.order(&Request::Disarm).map_err(Explained)?;
+        if arguments.disarm && !how.dry_run {
+            board.interrupt_by(None);
+            board.order(&Request::Disarm).map_err(Explained::from)?;
         }
         Ok((uploaded, status))
     })();
@@ -60,55 +67,54 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
     report(line, &trajectory, &uploaded, &status)
 }
 
-/// Arms and starts.
-fn play(board: &mut Board, trajectory: &Trajectory, how: &start::How) -> Result<(), Failure> {
-    let header = trajectory.header();
-    let state = board.status().map_err(Explained)?.state;
-    if !how.dry_run && state == State::Ready {
-        terminal::step("switching the drives on");
-        board.order(&Request::Arm).map_err(Explained)?;
-    }
-    let request = how.request(board, header.content_hash, header.limits_hash);
-    Ok(board.start(&request).map_err(Explained)?)
-}
-
 /// Waits for the end of the move.
-fn until_done(board: &mut Board) -> Result<Status, Failure> {
-    let interrupted = terminal::interrupted();
-    let mut stopped = false;
+fn until_done(
+    board: &mut Board,
+    how: &start::How,
+    between: Duration,
+    mut tick: u64,
+) -> Result<Status, Explained> {
+    // Where, and `tick` when, the board was last heard.
+    let mut reached = "its start".to_owned();
     loop {
-        if !stopped && interrupted.load(Ordering::Relaxed) {
-            board.order(&Request::QuickStop).map_err(Explained)?;
-            stopped = true;
-        }
-        let status = board.status().map_err(Explained)?;
+        let status = match board.status() {
+            Ok(status) => status,
+            Err(DeviceError::Interrupted) => {
+                // This and what follows has to come through.
+                board.interrupt_by(None);
+                let stopped = board.order(&Request::QuickStop);
+                stopped.map_err(|error| out_of_reach(error, how, &reached))?;
+                continue;
+            }
+            Err(error) => return Err(out_of_reach(error, how, &reached)),
+        };
         let (now_ms, end_ms) = (
             time::seconds(status.path_ticks) * 1e3,
             time::seconds(status.duration_ticks) * 1e3,
         );
+        let here = format!("{now_ms:.4} of {end_ms:.4} ms");
         match (status.state, &status.fault, status.held_by) {
             (State::Done, ..) => return Ok(status),
             (State::Fault, Some(fault), _) => {
-                return Err(format!(
-                    "the move ended at {now_ms:.4} of {end_ms:.4} ms: {fault}\n  see {}; `stillpoint device fault` shows the last second",
-                    entry::of_fault(&fault.cause)
-                )
-                .into());
+                return Err(Explained::new(
+                    format!(
+                        "the move ended at {here}: {fault}; the drives are off; `stillpoint device fault` shows the last second"
+                    ),
+                    entry::of_fault(&fault.cause),
+                ));
             }
             (State::Held, _, Some(HoldReason::CommsLost)) => {
-                return Err(format!(
-                    "the move is held at {now_ms:.4} of {end_ms:.4} ms, because the board heard nothing for longer than \
-                     --timeout-ms: `stillpoint device resume` goes on\n  see docs/troubleshooting.md#the-move-holds-and-nobody-asked"
-                )
-                .into());
+                return Err(Explained::new(
+                    format!(
+                        "the move is held at {here}, because the board heard nothing for longer than --timeout-ms; {}: \
+                         `stillpoint device resume` goes on",
+                        words::drives(&status)
+                    ),
+                    entry::of_symptom("the-move-holds-and-nobody-asked"),
+                ));
             }
             (state, ..) if state.is_under_way() => {}
-            (state, ..) => {
-                return Err(format!(
-                    "the move was ended by somebody else: the board is in state {state:?}, at {now_ms:.4} of {end_ms:.4} ms"
-                )
-                .into());
-            }
+            _ => return Err(ended_otherwise(board, &status, &reached, tick)),
         }
         terminal::bar(
             "move",
@@ -116,7 +122,52 @@ fn until_done(board: &mut Board) -> Result<Status, Failure> {
             status.duration_ticks,
             &format!("{:?}, {now_ms:.1} of {end_ms:.1} ms", status.state),
         );
-        board.wait(BETWEEN).map_err(Explained)?;
+        (reached, tick) = (here, status.tick);
+        board
+            .wait(between)
+            .map_err(|error| out_of_reach(error, how, &reached))?;
+    }
+}
+
+/// A board that no longer answers, and what it does now.
+fn out_of_reach(error: DeviceError, how: &start::How, reached: &str) -> Explained {
+    let lost = matches!(
+        error,
+        DeviceError::Transport(_) | DeviceError::Unanswered { .. } | DeviceError::Silent { .. }
+    );
+    let explained = Explained::from(error);
+    if !lost {
+        return explained;
+    }
+    let does = how.without_host();
+    explained.and(&format!("the move was last seen at {reached}; {does}"))
+}
+
+/// A move that is neither under way nor at its end nor in a fault: why, as far as the board knows.
+fn ended_otherwise(board: &mut Board, status: &Status, reached: &str, tick: u64) -> Explained {
+    let drives = words::drives(status);
+    // The record began with this move.
+    if let Ok(Response::Fault(Some(head))) = board.ask(&Request::GetFault) {
+        let fault = head.fault;
+        return Explained::new(
+            format!(
+                "the move ended, last seen at {reached}: {fault}; {drives}; `stillpoint device fault` shows the last second"
+            ),
+            entry::of_fault(&fault.cause),
+        );
+    }
+    if status.tick < tick {
+        return Explained::new(
+            format!(
+                "the move ended, last seen at {reached}: the board started anew and has no record of it, as after a loss of \
+                 power: check its supply; {drives}"
+            ),
+            entry::of_fault(&FaultCause::Restart),
+        );
+    }
+    Explained {
+        message: format!("the move was ended by somebody else, last seen at {reached}; {drives}"),
+        see: None,
     }
 }
 

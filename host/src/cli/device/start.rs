@@ -1,12 +1,15 @@
 //! `stillpoint device start`
 
 use super::line::{self, Board, Explained};
-use super::orders;
-use crate::cli::{Failure, read_trajectory};
+use super::{entry, orders, words};
+use crate::cli::{Failure, read_trajectory, terminal};
+use crate::device::DeviceError;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
-use stillpoint_shared::protocol::Request;
-use stillpoint_shared::status::{CommsPolicy, StartRequest};
+use std::sync::Arc;
+use std::time::Duration;
+use stillpoint_shared::protocol::{Denial, Request, Status};
+use stillpoint_shared::status::{CommsPolicy, StartRequest, State};
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
 
 /// Start the move that is loaded.
@@ -15,8 +18,8 @@ pub(super) struct Arguments {
     /// Start only if this trajectory is the one that is loaded
     #[arg(value_name = "F.spt")]
     trajectory: Option<PathBuf>,
-    /// Switch the drives on first, and wait until the axes stand at the start
-    #[arg(long)]
+    /// Switch the drives on first, and wait until the axes stand at the start; off again if that fails, or by Ctrl-C
+    #[arg(long, conflicts_with = "dry_run")]
     arm: bool,
     #[command(flatten)]
     how: How,
@@ -47,7 +50,53 @@ enum Comms {
     QuickStop,
 }
 
+/// Time between two questions of a command that waits for the end of a move, where the board needs no other.
+const BETWEEN: Duration = Duration::from_millis(100);
+/// The shortest one.
+const SHORTEST_BETWEEN: Duration = Duration::from_millis(10);
+/// Questions within the longest silence that the board bears.
+const QUESTIONS: u32 = 4;
+
 impl How {
+    /// Time between two questions that are the signs of life of a move.
+    pub(super) fn between_questions(&self) -> Result<Duration, Explained> {
+        if self.comms == Comms::Continue {
+            return Ok(BETWEEN);
+        }
+        let between = Duration::from_millis(self.timeout_ms.into()) / QUESTIONS;
+        if between < SHORTEST_BETWEEN {
+            let least = SHORTEST_BETWEEN * QUESTIONS;
+            return Err(Explained::new(
+                format!(
+                    "--timeout-ms {} is too short for this command, which asks every {} ms at most and would be taken for \
+                     lost: give {} or more, or --comms continue",
+                    self.timeout_ms,
+                    SHORTEST_BETWEEN.as_millis(),
+                    least.as_millis()
+                ),
+                entry::of_symptom("the-move-holds-and-nobody-asked"),
+            ));
+        }
+        Ok(between.min(BETWEEN))
+    }
+
+    /// What a board does that hears no more of the host.
+    pub(super) fn without_host(&self) -> String {
+        let patience = format!("plays on for up to {} ms more, then", self.timeout_ms);
+        let does = match self.comms {
+            _ if self.dry_run => "plays on with the drives off".to_owned(),
+            Comms::Continue => "plays the move to its end, with the drives on".to_owned(),
+            Comms::Hold => format!(
+                "{patience} holds the move if it has not ended; the drives stay on: `stillpoint device resume` goes on, \
+                 `stop` ends it"
+            ),
+            Comms::QuickStop => format!(
+                "{patience} slows down along the path and switches the drives off: `stillpoint device clear` goes on"
+            ),
+        };
+        format!("the board, if it still runs, {does}")
+    }
+
     /// The request to start a move on a board.
     pub(super) fn request(
         &self,
@@ -77,17 +126,75 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
         None => None,
     };
     let mut board = line.open(meant.as_ref())?;
-    let status = board.status().map_err(Explained)?;
+    if arguments.arm {
+        board.interrupt_by(Some(Arc::clone(terminal::interrupted())));
+    }
+    let status = board.status().map_err(Explained::from)?;
     let (trajectory_hash, limits_hash) = match &meant {
         Some(meant) => (meant.header().content_hash, meant.header().limits_hash),
         None => (status.loaded.unwrap_or_default(), status.limits_hash),
     };
     let request = arguments.how.request(&board, trajectory_hash, limits_hash);
-    if arguments.arm {
-        board.order(&Request::Arm).map_err(Explained)?;
-        board.start(&request).map_err(Explained)?;
-    } else {
-        board.order(&Request::Start(request)).map_err(Explained)?;
-    }
+    play(&mut board, &status, &request, arguments.arm)?;
     orders::done(line, &mut board, "start")
+}
+
+/// Switches the drives on, if they are to be, and starts. What can be known to fail fails before; what fails afterwards
+/// switches them off again.
+pub(super) fn play(
+    board: &mut Board,
+    status: &Status,
+    request: &StartRequest,
+    arm: bool,
+) -> Result<(), Explained> {
+    check(status, request)?;
+    if !arm {
+        return Ok(board.order(&Request::Start(*request))?);
+    }
+    let were_on = status.state == State::Armed;
+    let started = if were_on {
+        board.start(request)
+    } else {
+        terminal::step("switching the drives on");
+        (board.order(&Request::Arm)).and_then(|()| board.start(request))
+    };
+    started.map_err(|error| Explained::from(error).and(&give_up(board, were_on)))
+}
+
+/// What the board would refuse after the drives are on, and what it would wait for without end.
+fn check(status: &Status, request: &StartRequest) -> Result<(), Explained> {
+    if let Some(loaded) = status.loaded {
+        let checked = request.check(loaded, status.limits_hash);
+        checked.map_err(|refusal| DeviceError::Denied(Denial::Executor(refusal)))?;
+    }
+    if status.override_percent == 0 {
+        return Err(Explained::new(
+            "the override is 0 %, so the move would not begin: `stillpoint device override 100`, or another one from 1 on, \
+             comes first",
+            entry::of_symptom("the-move-is-slower-than-planned"),
+        ));
+    }
+    Ok(())
+}
+
+/// Ends what was begun, and says in words how the drives are then.
+fn give_up(board: &mut Board, were_on: bool) -> String {
+    board.interrupt_by(None);
+    let status = board.status();
+    let left = status.and_then(|status| match status.state {
+        State::Armed if were_on => Ok("the drives are on, as they were before".to_owned()),
+        State::Armed => {
+            board.order(&Request::Disarm)?;
+            Ok("the drives are off again".to_owned())
+        }
+        state if state.is_under_way() => {
+            board.order(&Request::QuickStop)?;
+            Ok("the move has begun nevertheless and was told to stop, then the drives go off: `stillpoint device clear` goes on"
+                .to_owned())
+        }
+        _ => Ok(words::drives(&status)),
+    });
+    left.unwrap_or_else(|error| {
+        format!("whether the drives are on is not known: `stillpoint device status` says it, `stop` switches them off ({error})")
+    })
 }

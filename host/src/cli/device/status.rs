@@ -9,7 +9,7 @@ use stillpoint_shared::time;
 
 pub(super) fn run(line: &line::Arguments) -> Result<(), Failure> {
     let mut board = line.open(None)?;
-    let status = board.status().map_err(Explained)?;
+    let status = board.status().map_err(Explained::from)?;
     line.say_faults(&board);
     if line.json {
         return output::object(&words::status_object(&status));

@@ -29,15 +29,15 @@ pub(super) struct Erase {
 
 pub(super) fn store(line: &line::Arguments) -> Result<(), Failure> {
     let mut board = line.open(None)?;
-    board.order(&Request::Store).map_err(Explained)?;
+    board.order(&Request::Store).map_err(Explained::from)?;
     orders::done(line, &mut board, "store")
 }
 
 pub(super) fn list(line: &line::Arguments) -> Result<(), Failure> {
     let mut board = line.open(None)?;
-    let stored = match board.ask(&Request::List).map_err(Explained)? {
+    let stored = match board.ask(&Request::List).map_err(Explained::from)? {
         Response::Stored(stored) => stored,
-        _ => return Err(Explained(DeviceError::Unexpected { request: "List" }).into()),
+        _ => return Err(Explained::from(DeviceError::Unexpected { request: "List" }).into()),
     };
     line.say_faults(&board);
     if line.json {
@@ -75,7 +75,7 @@ pub(super) fn load(line: &line::Arguments, arguments: &Load) -> Result<(), Failu
     let mut board = line.open(None)?;
     let content_hash = find(&board, &arguments.hash)?;
     let request = Request::Load { content_hash };
-    board.order(&request).map_err(Explained)?;
+    board.order(&request).map_err(Explained::from)?;
     orders::done(line, &mut board, "load")
 }
 
@@ -86,7 +86,7 @@ pub(super) fn erase(line: &line::Arguments, arguments: &Erase) -> Result<(), Fai
         None => None,
     };
     let request = Request::Erase { content_hash };
-    board.order(&request).map_err(Explained)?;
+    board.order(&request).map_err(Explained::from)?;
     orders::done(line, &mut board, "erase")
 }
 
@@ -108,6 +108,10 @@ fn find(board: &Board, digits: &str) -> Result<u64, Failure> {
         .collect();
     match fits[..] {
         [hash] => Ok(hash),
+        [] => Err(format!(
+            "no stored trajectory begins with {digits}: `stillpoint device list` shows those there are"
+        )
+        .into()),
         _ => Err(format!(
             "{} of the {} stored trajectories begin with {digits}: `stillpoint device list` shows them",
             fits.len(),

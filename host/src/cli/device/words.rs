@@ -10,6 +10,13 @@ pub(super) fn hash(hash: u64) -> String {
     format!("{hash:016x}")
 }
 
+/// Whether the drives are on, in words.
+pub(super) fn drives(status: &Status) -> String {
+    let on = status.state.is_energised() && !status.dry_run;
+    let switch = if on { "on" } else { "off" };
+    format!("the drives are {switch} (state {:?})", status.state)
+}
+
 /// Names of limits in force.
 pub(super) fn limits(flags: LimitFlags) -> Vec<String> {
     let names = format!("{flags:?}");

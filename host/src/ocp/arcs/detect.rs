@@ -1,6 +1,6 @@
 //! Reads the arcs off a solution: where each control lies at which bound.
 
-use crate::ocp::{Answer, HamiltonianAt, OptimalControlProblem};
+use crate::ocp::{Answer, Bounds, HamiltonianAt, OptimalControlProblem};
 
 /// A bound of a control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,8 +86,8 @@ pub(super) fn arcs(problem: &OptimalControlProblem, answer: &Answer) -> Option<V
     };
     let mut sides = Vec::with_capacity(problem.sizes.controls);
     let mut switches: Vec<(f64, usize)> = Vec::new();
-    for control in 0..problem.sizes.controls {
-        if singular(problem, answer, control) {
+    for (control, quantity) in problem.controls.iter().enumerate() {
+        if singular(answer, control, quantity.bounds) {
             return None;
         }
         let of = |point: usize| switching[point][control];
@@ -121,9 +121,8 @@ pub(super) fn arcs(problem: &OptimalControlProblem, answer: &Answer) -> Option<V
 
 /// Whether a control lies between its bounds all through some interval, as on a singular arc; where it only switches, some
 /// point of the interval still has it at a bound.
-fn singular(problem: &OptimalControlProblem, answer: &Answer, control: usize) -> bool {
+fn singular(answer: &Answer, control: usize, bounds: Bounds) -> bool {
     let solution = &answer.solution;
-    let bounds = problem.controls[control].bounds;
     let near = AT_BOUND * (bounds.upper - bounds.lower);
     let row = solution.controls.row(control);
     let mut first = 0;

@@ -15,7 +15,9 @@ const SMOOTH: f64 = 0.3;
 /// Most parts that an interval is divided into at once.
 const MOST_PARTS: usize = 4;
 /// While the objective still moves, intervals whose control is at least this share as badly resolved as the worst are refined.
-const MARKED: f64 = 0.1;
+const MARKED: f64 = 0.3;
+/// How many times too large the error of such a control counts as.
+const BADLY: f64 = 10.0;
 
 /// Why a mesh is refined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,7 +48,7 @@ pub(super) fn next(
             Reason::Objective
                 if error.control >= MARKED * worst_control && worst_control > 1e-13 =>
             {
-                (100.0, error.control_decay)
+                (BADLY, error.control_decay)
             }
             Reason::Objective => (0.0, 0.0),
         };

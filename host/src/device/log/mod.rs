@@ -3,16 +3,20 @@
 //! The frames carry numbers; the words stand in the image's debug information. So the image has to be the very one, which
 //! its build id tells.
 
-use defmt_decoder::{DecodeError, Table};
+mod frames;
+mod words;
+
+use frames::Frames;
 use object::{Object, read::File};
 use std::fs;
 use std::path::{Path, PathBuf};
+use words::Words;
 
 /// An image and what it can say.
 pub struct LogImage {
     path: PathBuf,
     build_id: u64,
-    table: Table,
+    words: Words,
 }
 
 /// Why a log cannot be decoded.
@@ -61,19 +65,14 @@ impl LogImage {
             Ok(bytes) => bytes,
             Err(error) => return Err(LogError::Unreadable { path, error }),
         };
-        let problem = match (build_id(&bytes), Table::parse(&bytes)) {
-            (Some(build_id), Ok(Some(table))) => {
-                return Ok(Self {
-                    path,
-                    build_id,
-                    table,
-                });
-            }
-            (_, Err(error)) => error.to_string(),
-            (None, _) => "it has no build id".to_owned(),
-            (_, Ok(None)) => "it logs nothing".to_owned(),
-        };
-        Err(LogError::NoImage { path, problem })
+        match understood(&bytes) {
+            Ok((build_id, words)) => Ok(Self {
+                path,
+                build_id,
+                words,
+            }),
+            Err(problem) => Err(LogError::NoImage { path, problem }),
+        }
     }
 
     /// The first eight bytes of the build id, as `hello` reports it.
@@ -98,26 +97,24 @@ impl LogImage {
 
     /// Takes `bytes` in pieces as they come and hands on the lines they make: level and words.
     pub fn decode(&self, pieces: impl Iterator<Item = Vec<u8>>, mut line: impl FnMut(&str)) {
-        let mut decoder = self.table.new_stream_decoder();
-        for piece in pieces {
-            decoder.received(&piece);
-            loop {
-                match decoder.decode() {
-                    Ok(frame) => {
-                        let level = frame.level().map_or("", |level| level.as_str());
-                        line(&format!("{level:<5} {}", frame.display_message()));
-                    }
-                    Err(DecodeError::UnexpectedEof) => break,
-                    // The decoder goes on with the next frame.
-                    Err(DecodeError::Malformed) => line("(a damaged line)"),
-                }
+        let mut frames = Frames::default();
+        for byte in pieces.flatten() {
+            let Some(frame) = frames.feed(byte) else {
+                continue;
+            };
+            match frame.ok().and_then(|frame| self.words.tell(&frame)) {
+                Some((level, words)) => line(&format!("{level:<5} {words}")),
+                None => line("(a damaged line)"),
             }
         }
     }
 }
 
-fn build_id(image: &[u8]) -> Option<u64> {
-    let file = File::parse(image).ok()?;
-    let id = file.build_id().ok()??;
-    Some(u64::from_be_bytes(*id.first_chunk()?))
+/// Build id and words of an image, or what is wrong with it.
+fn understood(image: &[u8]) -> Result<(u64, Words), String> {
+    let file = File::parse(image).map_err(|error| error.to_string())?;
+    let build_id = file.build_id().map_err(|error| error.to_string())?;
+    let build_id = build_id.and_then(|id| id.first_chunk());
+    let build_id = build_id.ok_or("it has no build id")?;
+    Ok((u64::from_be_bytes(*build_id), Words::of(&file)?))
 }

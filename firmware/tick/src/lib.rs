@@ -1,12 +1,14 @@
 //! The tick of a board, compiled for speed.
 //!
 //! Generic code is compiled as the crate that uses it wants, and a board image wants to be small.
-//! Here the drive loop is used once for the boards' number of axes, so that it is compiled with
-//! this library. The drives come by reference: their type is the image's.
+//! Here the drive loop is used once for the boards' number of axes, and the profile `firmware`
+//! compiles this crate for speed. The drives come by reference: their type is the image's.
+#![no_std]
+#![forbid(unsafe_code)]
 
-use crate::bench::AXES;
-use crate::drive::NoAnswer;
-use crate::{DriveGroup, Machine, TickInputs, TickReport};
+use stillpoint_firmware::bench::AXES;
+use stillpoint_firmware::drive::NoAnswer;
+use stillpoint_firmware::{DriveGroup, Machine, TickInputs, TickReport};
 
 /// [`Machine::tick`].
 #[inline(never)]

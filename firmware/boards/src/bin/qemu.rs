@@ -30,7 +30,7 @@ mod app {
     use stillpoint_firmware::link::{BoardInfo, Link, Machine};
     use stillpoint_firmware::stand_in::StandIn;
     use stillpoint_firmware::store::Store;
-    use stillpoint_firmware::{State, TickInputs, board_tick};
+    use stillpoint_firmware::{State, TickInputs};
     use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
 
     use super::board::bench_port::{self, BenchReceiver, BenchTransmitter};
@@ -90,8 +90,8 @@ mod app {
         machine.executor.record_into(record, info.build_id);
         let link = cx.local.link.write(Link::new(info));
         let store = cx.local.store.write(Store::mount(flash, ram_flash::LAYOUT));
-        if let Err(refusal) = link.restore(machine, store) {
-            defmt::info!("not configured: {}", refusal);
+        if link.restore(machine, store).is_err() {
+            defmt::info!("not configured");
         }
 
         bench.send(&Record::Up);
@@ -154,7 +154,7 @@ mod app {
         machine.lock(|place| match place {
             Some(machine) => {
                 drives.hand_back(&mut inputs);
-                let report = board_tick::tick(machine, drives, &inputs);
+                let report = stillpoint_tick::tick(machine, drives, &inputs);
                 done = Some((report.tick, report.state, report.path_ticks));
             }
             None => drives.tick(&inputs),
@@ -221,6 +221,9 @@ mod app {
         loop {
             let more = cx.local.server.serve(&mut machine);
             cx.local.diary.look(&mut machine);
+            if cx.local.server.link.wants_start() {
+                SCB::sys_reset();
+            }
             if !more {
                 cortex_m::asm::wfi();
             }

@@ -11,7 +11,7 @@ fn main() -> io::Result<()> {
         return Ok(());
     }
     let folder = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
-    for (script, source) in [("memory.x", "../memory.x"), ("image.x", "image.x")] {
+    for (script, source) in [("memory.x", "../../memory.x"), ("image.x", "image.x")] {
         println!("cargo::rerun-if-changed={source}");
         fs::copy(source, folder.join(script))?;
     }

@@ -53,12 +53,12 @@ mod app {
 
     use cortex_m::peripheral::{DWT, SCB};
     use heapless::spsc::{Producer, Queue};
+    use stillpoint_firmware::TickInputs;
     use stillpoint_firmware::cia402::ConfiguredDrives;
     use stillpoint_firmware::link::{Access, BoardInfo, Link, Machine};
     use stillpoint_firmware::safety_io::SafetyIo;
     use stillpoint_firmware::stand_in::StandIn;
     use stillpoint_firmware::store::Store;
-    use stillpoint_firmware::{TickInputs, board_tick};
     use stillpoint_shared::time::DRIVE_PERIOD_TICKS;
     use stm32f4::stm32f405::{CAN1, CAN2};
 
@@ -66,7 +66,7 @@ mod app {
     use super::board::pins::{DriveEnable, StopContact};
     use super::board::serve::{AXES, Diary, Place, RECEIVED, Reach, Server};
     use super::board::uart::{self, Receiver};
-    use super::board::watchdog::{self, Feeder};
+    use super::board::watchdog::{self, Feeder, Patience};
     use super::board::{build_id, can, clock, pins, retained, timer};
     use super::{BAUD, CRYSTAL_MHZ};
 
@@ -129,8 +129,8 @@ mod app {
         let sectors = Sectors::new(device.FLASH);
         let link = cx.local.link.write(Link::new(info));
         let store = cx.local.store.write(Store::mount(sectors, flash::LAYOUT));
-        if let Err(refusal) = link.restore(machine, store) {
-            defmt::info!("not configured: {}", refusal);
+        if link.restore(machine, store).is_err() {
+            defmt::info!("not configured");
         }
         let (can1, can2) = (device.CAN1, device.CAN2);
         let drives = Drives::new(store.drives().as_ref(), DRIVE_PERIOD_TICKS, |kbit_per_s| {
@@ -143,6 +143,8 @@ mod app {
 
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
+        // From here on the drive loop feeds it.
+        watchdog::wait_for(Patience::Running);
         timer::start(core.SYST);
         (
             Shared {
@@ -192,7 +194,7 @@ mod app {
         machine.lock(|place| match place {
             Some(machine) => {
                 drives.hand_back(&mut inputs);
-                let state = board_tick::tick(machine, drives, &inputs).state;
+                let state = stillpoint_tick::tick(machine, drives, &inputs).state;
                 *wanted = state.is_energised() && !machine.executor.is_dry_run();
             }
             None => drives.tick(&inputs),

@@ -1,16 +1,19 @@
 //! The independent watchdog: a reset, and with it the end of all torque, unless the drive loop
-//! feeds it.
+//! feeds it. Only a change of its patience, with the drives off, feeds it besides.
 //!
 //! It runs on an oscillator of its own, of 17 to 47 kHz (data sheet, "LSI oscillator
 //! characteristics"), so the times below are nominal.
 
-use stm32f4::stm32f405::{DBGMCU, IWDG};
+use stm32f4::stm32f405::{DBGMCU, IWDG, iwdg};
 
 /// Nominal clock of the watchdog before its divider.
 const CLOCK_HZ: u32 = 32_000;
 
 /// 20 ms, 80 ticks of the drive loop: 14 to 38 ms.
 const RUNNING: u16 = (CLOCK_HZ / 4 / 50) as u16;
+
+/// 2 s: 1.4 to 3.8 s.
+const STARTING: u16 = (CLOCK_HZ / 256 * 2) as u16;
 
 /// Longest there is, 4096 × 256 clocks: 22 to 61 s.
 const LONGEST: u16 = 0xfff;
@@ -19,11 +22,11 @@ const LONGEST: u16 = 0xfff;
 #[derive(Debug)]
 pub struct Feeder(());
 
-/// Starts the watchdog. It stands while a debugger holds the core.
+/// Starts the watchdog, with the patience of a start. It stands while a debugger holds the core.
 pub fn start(watchdog: IWDG, debug: &DBGMCU) -> Feeder {
     debug.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
     watchdog.kr().write(|w| w.key().start());
-    wait_for(Patience::Running);
+    wait_for(Patience::Starting);
     Feeder(())
 }
 
@@ -38,6 +41,8 @@ impl Feeder {
 /// How long the watchdog waits to be fed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Patience {
+    /// While the board starts, with the drives off: a full store takes tens of milliseconds.
+    Starting,
     /// While the drive loop runs.
     Running,
     /// While flash is erased, with the drives off and the core standing still.
@@ -49,25 +54,37 @@ pub fn wait_for(patience: Patience) {
     // SAFETY: the drive loop, which may interrupt this, only feeds. That would lock the other
     // registers again, so the writes below are not interrupted.
     let watchdog = unsafe { &*IWDG::ptr() };
-    // An earlier change takes effect within five clocks of the watchdog.
-    for _ in 0..100_000 {
-        let status = watchdog.sr().read();
-        if !status.pvu().bit() && !status.rvu().bit() {
-            break;
-        }
-    }
+    taken(watchdog);
     cortex_m::interrupt::free(|_| {
         watchdog.kr().write(|w| w.key().unlock());
-        match patience {
+        let reload = match patience {
             Patience::Running => {
                 watchdog.pr().write(|w| w.pr().divide_by4());
-                watchdog.rlr().write(|w| w.rl().set(RUNNING));
+                RUNNING
+            }
+            Patience::Starting => {
+                watchdog.pr().write(|w| w.pr().divide_by256());
+                STARTING
             }
             Patience::Erasing => {
                 watchdog.pr().write(|w| w.pr().divide_by256());
-                watchdog.rlr().write(|w| w.rl().set(LONGEST));
+                LONGEST
             }
-        }
-        watchdog.kr().write(|w| w.key().feed());
+        };
+        watchdog.rlr().write(|w| w.rl().set(reload));
     });
+    // Fed earlier, it would begin with the old reload value.
+    taken(watchdog);
+    watchdog.kr().write(|w| w.key().feed());
+}
+
+/// Waits until a change has taken effect: five clocks of the watchdog by the manual, six divided ones
+/// by ST's library, 90 ms at most.
+fn taken(watchdog: &iwdg::RegisterBlock) {
+    for _ in 0..2_000_000 {
+        let status = watchdog.sr().read();
+        if !status.pvu().bit() && !status.rvu().bit() {
+            return;
+        }
+    }
 }

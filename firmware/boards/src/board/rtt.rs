@@ -6,7 +6,7 @@ use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 /// Bytes of the ring, one of which stays free.
-const CAPACITY: u32 = 512;
+const CAPACITY: u32 = 256;
 
 /// Control block as the probe's software expects it: it searches RAM for `id`.
 #[repr(C)]

@@ -12,6 +12,7 @@ use core::ops::Deref;
 
 use embedded_can::nb::Can;
 use embedded_can::{ErrorKind, Id, StandardId};
+use stillpoint_firmware::cia402::Controller;
 use stm32f4::stm32f405::can1::RegisterBlock;
 use stm32f4::stm32f405::{CAN1, CAN2, RCC};
 
@@ -184,6 +185,19 @@ impl<C: Deref<Target = RegisterBlock>> Can for Bus<C> {
             return Ok(frame);
         }
         Err(nb::Error::WouldBlock)
+    }
+}
+
+impl<C: Deref<Target = RegisterBlock>> Controller for Bus<C> {
+    fn take_back(&mut self, id: u16) {
+        let Self(controller) = self;
+        for (number, abort) in [(0, 1 << 7), (1, 1 << 15), (2, 1 << 23)] {
+            if controller.tx(number).tir().read().bits() >> ID_SHIFT == u32::from(id) {
+                // SAFETY: ABRQ of this mailbox; zeros change nothing in this register. An empty
+                // mailbox has nothing to abort.
+                controller.tsr().write(|w| unsafe { w.bits(abort) });
+            }
+        }
     }
 }
 
