@@ -9,7 +9,7 @@ use stillpoint::ocp::{
     Bounds, CollocationNlp, Exact, Guess, Hamiltonian, Interval, Limited, Mesh, Model,
     OptimalControlProblem, Quantity, Sample, Sizes, Solution, Transcription,
 };
-use stillpoint::plan::{move_problem, quintic_guess};
+use stillpoint::plan::{move_problem, quintic_guess, robust_problem};
 
 /// Numbers between −1 and 1 from a linear congruential generator.
 fn noise(seed: u64, count: usize) -> Vec<f64> {
@@ -155,6 +155,47 @@ fn derivatives_of_the_machines_are_exact() {
         file.limits.torque_speed_knee_rpm = 4000.0;
         file.limits.torque_speed_slope_nm_per_rpm = 0.01;
         assert_exact(move_problem(&file), &quintic_guess(&file, 0.07), 0.05);
+    }
+}
+
+/// Two scenarios, one of them with all limits, every kind of residual.
+#[test]
+fn derivatives_of_several_plants_are_exact() {
+    let moves = [
+        (
+            "paper",
+            "platform_mass_kg",
+            "residual_strain = 1e-5\nresidual_displacement_m = 1e-6",
+        ),
+        (
+            "axis",
+            "stiffness_nm_per_rad",
+            "residual_displacement_rad = 1e-4",
+        ),
+    ];
+    for (name, parameter, residuals) in moves {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("moves/{name}.toml"));
+        let text = std::fs::read_to_string(path).expect("a move file")
+            + &format!(
+                "\n[robust]\nparameter = \"{parameter}\"\nfactors = [0.8, 1.3]\nlimits = [1.3]\n{residuals}\n\
+                 residual_energy_j = 1e-3\n"
+            );
+        let mut file = MoveFile::parse(&text, name).expect("a robust move");
+        file.limits.torque_speed_knee_rpm = 4000.0;
+        file.limits.torque_speed_slope_nm_per_rpm = 0.01;
+        let robust = file.robust.clone().expect("a robust move");
+        let problem = robust_problem(&file, &robust, None).expect("modes");
+        let sizes = problem.sizes;
+        let nominal = quintic_guess(&file, 0.07);
+        let axes = file.machine.plant().axis_count();
+        let guess = Guess::new(0.07, move |share| {
+            let (mut state, mut control) = nominal.at(share);
+            let motion = state[axes..].to_vec();
+            state.extend(motion.repeat(2));
+            control.resize(sizes.controls, 0.0);
+            (state, control)
+        });
+        assert_exact(problem, &guess, 0.05);
     }
 }
 

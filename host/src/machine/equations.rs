@@ -1,6 +1,6 @@
 //! Equations of motion in plain numbers, into buffers that are reused.
 
-use super::{Machine, Plant};
+use super::{Dynamics, Machine, Plant};
 use crate::autodiff::{Dual, Scalar};
 use nalgebra::DMatrix;
 
@@ -37,25 +37,25 @@ const STACK: usize = 48;
 /// Directions per pass; a machine with more coordinates takes more passes.
 const WIDTH: usize = 8;
 
-/// The first directions are the accelerations, in which the equations are affine, so their derivatives are M exactly;
-/// the last is the motion q + εv, along which J changes by J̇v·ε.
+/// The directions are the accelerations, in which the equations are affine: derivatives are M exactly, values the bias.
 pub(super) fn evaluate<M: Machine>(machine: &M, q: &[f64], v: &[f64], out: &mut Equations) {
     let n = M::COORDINATES;
-    if n < WIDTH {
+    if n <= WIDTH {
         // The usual case in one pass, as narrow as the machine allows: what is computed per direction is most of the time.
         match n {
-            0..4 => pass::<M, 4>(machine, q, v, 0, out),
-            4..6 => pass::<M, 6>(machine, q, v, 0, out),
-            _ => pass::<M, 8>(machine, q, v, 0, out),
+            0..=2 => pass::<M, 2>(machine, q, v, 0, out),
+            3..=4 => pass::<M, 4>(machine, q, v, 0, out),
+            5..=6 => pass::<M, 6>(machine, q, v, 0, out),
+            _ => pass::<M, WIDTH>(machine, q, v, 0, out),
         }
     } else {
-        for first in (0..=n).step_by(WIDTH) {
+        for first in (0..n).step_by(WIDTH) {
             pass::<M, WIDTH>(machine, q, v, first, out);
         }
     }
 }
 
-/// Directions `first..first + W` of `COORDINATES` + 1.
+/// Directions `first..first + W` of `COORDINATES`.
 fn pass<M: Machine, const W: usize>(
     machine: &M,
     q: &[f64],
@@ -66,7 +66,7 @@ fn pass<M: Machine, const W: usize>(
     let (n, axes) = (M::COORDINATES, M::AXES);
     let zero = Dual::<W>::constant(0.0);
     let (mut stack, mut heap) = ([zero; STACK], Vec::new());
-    let needed = 4 * n + axes * n;
+    let needed = 4 * n + axes * (n + 1);
     let space = match stack.get_mut(..needed) {
         Some(space) => space,
         None => {
@@ -75,38 +75,34 @@ fn pass<M: Machine, const W: usize>(
         }
     };
     let (points, results) = space.split_at_mut(3 * n);
-    let (force, jacobian) = results.split_at_mut(n);
+    let (force, joints) = results.split_at_mut(n);
+    let (joint_jacobian, joint_acceleration) = joints.split_at_mut(axes * n);
     for i in 0..n {
         points[i].value = q[i];
         points[n + i].value = v[i];
-        if (first..first + W).contains(&n) {
-            points[i].gradient[n - first] = v[i];
-        }
         if (first..first + W).contains(&i) {
             points[2 * n + i].gradient[i - first] = 1.0;
         }
     }
     let (q_dual, rest) = points.split_at(n);
     let (v_dual, a_dual) = rest.split_at(n);
-    machine.dynamics(q_dual, v_dual, a_dual, force, jacobian);
+    let dynamics = Dynamics {
+        force: &mut *force,
+        joint_jacobian: &mut *joint_jacobian,
+        joint_acceleration: &mut *joint_acceleration,
+    };
+    machine.dynamics(q_dual, v_dual, a_dual, dynamics);
     for (row, entry) in force.iter().enumerate() {
         out.bias[row] = entry.value;
         let columns = first..n.min(first + W);
         out.mass_matrix[row * n..][columns.clone()]
             .copy_from_slice(&entry.gradient[..columns.len()]);
     }
-    for axis in 0..axes {
-        let row = &jacobian[axis * n..(axis + 1) * n];
-        for (value, entry) in out.joint_jacobian[axis * n..].iter_mut().zip(row) {
-            *value = entry.value;
-        }
-        if (first..first + W).contains(&n) {
-            out.joint_bias[axis] = row
-                .iter()
-                .zip(v)
-                .map(|(entry, v)| entry.gradient[n - first] * v)
-                .sum();
-        }
+    for (value, entry) in out.joint_jacobian.iter_mut().zip(&*joint_jacobian) {
+        *value = entry.value;
+    }
+    for (value, entry) in out.joint_bias.iter_mut().zip(&*joint_acceleration) {
+        *value = entry.value;
     }
 }
 
@@ -116,17 +112,17 @@ pub(super) fn stiffness<M: Machine>(machine: &M, q: &[f64]) -> DMatrix<f64> {
     let zero = Dual::<1>::constant(0.0);
     let mut out = DMatrix::zeros(n, n);
     let mut force = vec![zero; n];
-    let mut jacobian = vec![zero; M::AXES * n];
+    let mut joint_jacobian = vec![zero; M::AXES * n];
+    let mut joint_acceleration = vec![zero; M::AXES];
     for column in 0..n {
         let mut point: Vec<Dual<1>> = q.iter().map(|&x| Dual::constant(x)).collect();
         point[column] = Dual::seed(q[column], 0);
-        machine.dynamics(
-            &point,
-            &vec![zero; n],
-            &vec![zero; n],
-            &mut force,
-            &mut jacobian,
-        );
+        let dynamics = Dynamics {
+            force: &mut force,
+            joint_jacobian: &mut joint_jacobian,
+            joint_acceleration: &mut joint_acceleration,
+        };
+        machine.dynamics(&point, &vec![zero; n], &vec![zero; n], dynamics);
         for row in 0..n {
             out[(row, column)] = force[row].gradient[0];
         }

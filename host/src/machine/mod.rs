@@ -8,7 +8,7 @@
 //! M(q) a + c(q, v) + ∂V/∂q = J(q)ᵀ τ,    J = ∂θ/∂q
 //! ```
 //!
-//! [`Machine::dynamics`] returns the left-hand side and J. Planner, simulator and report use nothing else.
+//! [`Machine::dynamics`] returns the left-hand side, J and θ̈. Planner, simulator and report use nothing else.
 
 mod describe;
 mod equations;
@@ -26,6 +26,17 @@ pub use two_mass_axis::TwoMassAxis;
 
 use crate::autodiff::Scalar;
 
+/// Where [`Machine::dynamics`] writes.
+#[derive(Debug)]
+pub struct Dynamics<'a, S> {
+    /// M(q)a + c(q,v) + ∂V/∂q, length `COORDINATES`.
+    pub force: &'a mut [S],
+    /// J = ∂θ/∂q, `AXES` × `COORDINATES`, row-major.
+    pub joint_jacobian: &'a mut [S],
+    /// θ̈ = J a + J̇v, length `AXES`.
+    pub joint_acceleration: &'a mut [S],
+}
+
 /// A mechanism with driven joints, elastic or not.
 pub trait Machine: Clone + Send + Sync + 'static {
     /// Number of generalised coordinates.
@@ -37,18 +48,10 @@ pub trait Machine: Clone + Send + Sync + 'static {
     /// Key of the parameter that is the payload.
     const PAYLOAD: &'static str;
 
-    /// Left-hand side of the equations of motion and the joint Jacobian.
+    /// Left-hand side of the equations of motion, and how the joints move.
     ///
-    /// `force` (length `COORDINATES`) receives M(q)a + c(q,v) + ∂V/∂q, `joint_jacobian`
-    /// (`AXES` × `COORDINATES`, row-major) receives ∂θ/∂q. Affine in `a`, quadratic in `v`.
-    fn dynamics<S: Scalar>(
-        &self,
-        q: &[S],
-        v: &[S],
-        a: &[S],
-        force: &mut [S],
-        joint_jacobian: &mut [S],
-    );
+    /// Fills M(q)a + c(q,v) + ∂V/∂q, ∂θ/∂q and θ̈. Affine in `a`, quadratic in `v`.
+    fn dynamics<S: Scalar>(&self, q: &[S], v: &[S], a: &[S], out: Dynamics<'_, S>);
 
     /// Joint angles θ(q) in rad, length `AXES`; see [`Machine::ANGLES_WRAP`].
     fn joint_angles<S: Scalar>(&self, q: &[S], angles_rad: &mut [S]);

@@ -1,8 +1,8 @@
 //! Forward dynamics of any [`Machine`] in plain numbers, for simulation and checks.
 
 use super::equations::{self, Equations};
-use super::{Coordinate, Machine, Output};
-use crate::autodiff::{Scalar, Taylor};
+use super::{Coordinate, Dynamics, Machine, Output};
+use crate::autodiff::{Dual, Scalar, Taylor};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -49,6 +49,8 @@ pub trait Plant: Send + Sync {
     fn joint_rates(&self, q: &[f64], v: &[f64]) -> Vec<f64>;
     /// Output values.
     fn output_values(&self, q: &[f64]) -> Vec<f64>;
+    /// How the outputs change along a direction of the coordinates.
+    fn output_slopes(&self, q: &[f64], direction: &[f64]) -> Vec<f64>;
     /// Output values and their first two derivatives over a stretch of time, rounding included, from the coordinates'.
     fn output_enclosures(&self, q: &[Taylor]) -> Vec<Taylor>;
 }
@@ -119,13 +121,30 @@ impl<M: Machine> Plant for M {
 
     fn joint_rates(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
         let n = M::COORDINATES;
-        let mut force = vec![0.0; n];
-        let mut jacobian = vec![0.0; M::AXES * n];
-        self.dynamics(q, v, &vec![0.0; n], &mut force, &mut jacobian);
-        jacobian
+        let mut joint_jacobian = vec![0.0; M::AXES * n];
+        let dynamics = Dynamics {
+            force: &mut vec![0.0; n],
+            joint_jacobian: &mut joint_jacobian,
+            joint_acceleration: &mut vec![0.0; M::AXES],
+        };
+        self.dynamics(q, v, &vec![0.0; n], dynamics);
+        joint_jacobian
             .chunks_exact(n)
             .map(|row| row.iter().zip(v).map(|(j, v)| j * v).sum())
             .collect()
+    }
+
+    fn output_slopes(&self, q: &[f64], direction: &[f64]) -> Vec<f64> {
+        let along = q.iter().zip(direction);
+        let point: Vec<Dual<1>> = along
+            .map(|(&value, &slope)| Dual {
+                value,
+                gradient: [slope],
+            })
+            .collect();
+        let mut out = vec![Dual::constant(0.0); Machine::outputs(self).len()];
+        Machine::output_values(self, &point, &mut out);
+        out.iter().map(|output| output.gradient[0]).collect()
     }
 
     fn output_values(&self, q: &[f64]) -> Vec<f64> {

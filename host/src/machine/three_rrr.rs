@@ -10,7 +10,7 @@
 use super::describe::{
     Assumption, Coordinate, MachineError, Output, OutputForm, OutputKind, not_negative, positive,
 };
-use super::{Machine, Parameter};
+use super::{Dynamics, Machine, Parameter};
 use crate::autodiff::Scalar;
 use serde::Deserialize;
 
@@ -160,14 +160,12 @@ impl Machine for ThreeRrr {
     const ANGLES_WRAP: bool = true;
     const PAYLOAD: &'static str = "platform_mass_kg";
 
-    fn dynamics<S: Scalar>(
-        &self,
-        q: &[S],
-        v: &[S],
-        a: &[S],
-        force: &mut [S],
-        joint_jacobian: &mut [S],
-    ) {
+    fn dynamics<S: Scalar>(&self, q: &[S], v: &[S], a: &[S], out: Dynamics<'_, S>) {
+        let Dynamics {
+            force,
+            joint_jacobian,
+            joint_acceleration: angle_acceleration,
+        } = out;
         let turn = q[2].sin_cos();
         force[0] = a[0] * self.platform_mass_kg;
         force[1] = a[1] * self.platform_mass_kg;
@@ -187,6 +185,7 @@ impl Machine for ThreeRrr {
             ];
             let motion = chain.motion(joint_rate, joint_acceleration, v[m], a[m]);
             let load = chain.load(self, &motion);
+            angle_acceleration[i] = motion.angle_acceleration;
             // Virtual work on the platform's three coordinates and on this link's curvature.
             force[0] += load.platform_joint[0];
             force[1] += load.platform_joint[1];

@@ -5,7 +5,7 @@
 use super::describe::{
     Assumption, Coordinate, MachineError, Output, OutputForm, OutputKind, not_negative, positive,
 };
-use super::{Machine, Parameter};
+use super::{Dynamics, Machine, Parameter};
 use crate::autodiff::Scalar;
 use serde::Deserialize;
 
@@ -31,19 +31,13 @@ impl Machine for TwoMassAxis {
     const ANGLES_WRAP: bool = false;
     const PAYLOAD: &'static str = "load_inertia_kg_m2";
 
-    fn dynamics<S: Scalar>(
-        &self,
-        q: &[S],
-        v: &[S],
-        a: &[S],
-        force: &mut [S],
-        joint_jacobian: &mut [S],
-    ) {
+    fn dynamics<S: Scalar>(&self, q: &[S], v: &[S], a: &[S], out: Dynamics<'_, S>) {
         let load = (a[0] + a[1]) * self.load_inertia_kg_m2;
-        force[0] = a[0] * self.motor_inertia_kg_m2 + load;
-        force[1] = load + q[1] * self.stiffness_nm_per_rad + v[1] * self.damping_nm_s_per_rad;
-        joint_jacobian[0] = S::constant(1.0);
-        joint_jacobian[1] = S::constant(0.0);
+        out.force[0] = a[0] * self.motor_inertia_kg_m2 + load;
+        out.force[1] = load + q[1] * self.stiffness_nm_per_rad + v[1] * self.damping_nm_s_per_rad;
+        out.joint_jacobian[0] = S::constant(1.0);
+        out.joint_jacobian[1] = S::constant(0.0);
+        out.joint_acceleration[0] = a[0];
     }
 
     fn joint_angles<S: Scalar>(&self, q: &[S], angles_rad: &mut [S]) {

@@ -68,6 +68,16 @@ pub enum Problem {
         /// All kinds.
         known: Vec<&'static str>,
     },
+    /// A parameter that the machine does not have.
+    #[error("the machine has no parameter {key:?}")]
+    UnknownParameter {
+        /// The parameter asked for.
+        key: String,
+        /// The one it resembles.
+        nearest: Option<&'static str>,
+        /// All of them.
+        known: Vec<&'static str>,
+    },
     /// A value of the wrong type.
     #[error("`{key}`: {message}")]
     Type {
@@ -142,6 +152,7 @@ impl Problem {
         let (nearest, known, what) = match self {
             Self::UnknownKey { nearest, known, .. } => (nearest, known, "keys"),
             Self::UnknownKind { nearest, known, .. } => (nearest, known, "kinds"),
+            Self::UnknownParameter { nearest, known, .. } => (nearest, known, "parameters"),
             _ => return None,
         };
         let meant = nearest.map_or(String::new(), |n| format!("did you mean `{n}`? "));

@@ -7,6 +7,7 @@
 //! | `[move]` | `from` and `to`: poses, with the machine's names |
 //! | `[mesh]` | `intervals`, `points`; `refine` (true or false) and its `tolerance` may be left out |
 //! | `[solver]` | `limits` (`"everywhere"` or `"nodes"`), `tolerance`, `max_iterations`; may be left out |
+//! | `[robust]` | other plants that the same motion has to suit; may be left out (docs/robust.md) |
 //! | `[drive]` | the simulated drives; may be left out |
 //!
 //! SI units, in the names of the keys. A [`MoveFile`] that exists is valid: every number is possible, the machine can
@@ -19,6 +20,7 @@ mod kind;
 mod limits;
 mod nearest;
 mod place;
+mod robust;
 mod section;
 mod settings;
 
@@ -26,6 +28,7 @@ pub use error::{MoveFileError, Problem};
 pub use kind::MachineKind;
 pub use limits::Limits;
 pub use place::Place;
+pub use robust::{Residual, Robust, Scenario};
 pub use settings::{LimitsAt, Mesh, Solver};
 
 use crate::simulate::DriveSettings;
@@ -39,7 +42,9 @@ const LARGEST_BYTES: u64 = 1 << 20;
 /// The paper's move, which comes with the program.
 pub const PAPER_MOVE: &str = include_str!("../../moves/paper.toml");
 
-const TABLES: [&str; 6] = ["machine", "limits", "move", "mesh", "solver", "drive"];
+const TABLES: [&str; 7] = [
+    "machine", "limits", "move", "mesh", "solver", "robust", "drive",
+];
 
 /// A move, ready to be planned.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +63,8 @@ pub struct MoveFile {
     pub mesh: Mesh,
     /// Solver settings.
     pub solver: Solver,
+    /// Other plants that the same motion has to suit.
+    pub robust: Option<Robust>,
     /// Simulated drives.
     pub drive: DriveSettings,
     /// What the file says, as written, for whoever shows it.
@@ -127,7 +134,11 @@ impl MoveFile {
         let limits = read_limits(table("limits")?, &machine)?;
         let ends = table("move")?;
         let (from, to) = ends::read_ends(&ends, &machine)?;
-        ends::check_limits_at_ends(&ends, &machine, &limits, [("from", &from), ("to", &to)])?;
+        let both: [(&str, &[f64]); 2] = [("from", &from), ("to", &to)];
+        ends::check_limits_at_ends(&ends, &machine, &limits, both)?;
+        let robust = root.table("robust")?;
+        let robust = robust.map(|section| Robust::read(&section, &machine, both));
+        let robust = robust.transpose()?;
         Ok(Self {
             name,
             machine,
@@ -136,6 +147,7 @@ impl MoveFile {
             to,
             mesh: Mesh::read(&table("mesh")?)?,
             solver: optional(&root, "solver", Solver::read)?,
+            robust,
             drive: optional(&root, "drive", settings::read_drive)?,
             entries: entries(&root, text)?,
         })

@@ -414,6 +414,88 @@ fn limits_hold_everywhere_unless_the_solver_table_says_otherwise() {
 }
 
 #[test]
+fn refuses_robust_moves_that_cannot_be() {
+    let robust = "[robust]\nparameter = \"platform_mass_kg\"\nfactors = [0.8, 1.2]\nresidual_strain = 15e-6\n";
+    let paper = format!("{PAPER}\n{robust}");
+    let file = MoveFile::parse(&paper, "paper.toml").expect("a robust move");
+    let scenarios = file.robust.as_ref().expect("there").scenarios.clone();
+    assert_eq!(scenarios[1].name, "platform_mass_kg × 1.2");
+    assert_eq!(scenarios[1].machine, file.machine.with_payload_factor(1.2));
+    assert!(scenarios.iter().all(|scenario| !scenario.limited));
+    let cases: [(&str, &str, &[&str]); 12] = [
+        (
+            "\"platform_mass_kg\"",
+            "\"platform_mas_kg\"",
+            &[
+                "no parameter",
+                "did you mean `platform_mass_kg`",
+                "youngs_modulus_pa",
+            ],
+        ),
+        (
+            "\"platform_mass_kg\"",
+            "\"link_length_m\"",
+            &["where the joints stand"],
+        ),
+        ("[0.8, 1.2]", "[]", &["`factors`", "empty"]),
+        (
+            "[0.8, 1.2]",
+            "[0.8, 0.0]",
+            &["factors = 0: a factor must be a positive number"],
+        ),
+        ("[0.8, 1.2]", "[0.8, -1.2]", &["factors = -1.2"]),
+        ("[0.8, 1.2]", "[0.8, nan]", &["factors = NaN"]),
+        (
+            "factors = [0.8, 1.2]",
+            "values = [-1.0]",
+            &["platform_mass_kg = -1"],
+        ),
+        ("factors = [0.8, 1.2]", "", &["factors = [0.8, 1.2]"]),
+        (
+            "factors = [0.8, 1.2]",
+            "factors = [0.8]\nvalues = [2.0]",
+            &["not both"],
+        ),
+        (
+            "residual_strain = 15e-6",
+            "",
+            &[
+                "residual_strain",
+                "residual_displacement_m",
+                "residual_energy_j",
+            ],
+        ),
+        (
+            "residual_strain = 15e-6",
+            "residual_strain = 0.0",
+            &["residual_strain = 0"],
+        ),
+        (
+            "residual_strain = 15e-6",
+            "residual_strain = 15e-6\nlimits = [0.9]",
+            &["`limits`", "some of the `factors`"],
+        ),
+    ];
+    for (old, new, words) in cases {
+        refused(&paper, old, new, words);
+    }
+    let axis = format!("{AXIS}\n{robust}").replace("platform_mass_kg", "load_inertia_kg_m2");
+    refused(
+        &axis,
+        "residual_strain",
+        "residual_strain",
+        &["no such output", "residual_displacement_rad"],
+    );
+    let limits = "residual_strain = 15e-6\nlimits = \"some\"";
+    refused(
+        &paper,
+        "residual_strain = 15e-6",
+        limits,
+        &["\"nominal\", \"all\" or a list"],
+    );
+}
+
+#[test]
 fn says_why_a_file_cannot_be_read() {
     let message = MoveFile::read("no/such/move.toml")
         .expect_err("missing")

@@ -10,6 +10,7 @@
 //!
 //! so only the machine's equations are differentiated twice, never the solution of the linear system.
 
+use super::motion::Motion;
 use super::problem::{Differentiable, Structure};
 use crate::autodiff::{Dual, Scalar, SecondDual};
 use crate::machine::Machine;
@@ -114,10 +115,11 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         let q: [Dual<D>; D] = std::array::from_fn(|i| Dual::constant(z[A + i]));
         let v: [Dual<D>; D] = std::array::from_fn(|i| Dual::constant(z[A + D + i]));
         let a: [Dual<D>; D] = std::array::from_fn(|i| Dual::seed(0.0, i));
-        let mut force = [Dual::constant(0.0); D];
-        let mut joint = [[Dual::constant(0.0); D]; A];
-        self.machine
-            .dynamics(&q, &v, &a, &mut force, joint.as_flattened_mut());
+        let Motion {
+            force,
+            joints: joint,
+            ..
+        } = Motion::<_, D, A>::of(&self.machine, &q, &v, &a);
         let mass = SMatrix::<f64, D, D>::from_fn(|r, c| force[r].gradient[c]);
         let jacobian = SMatrix::<f64, A, D>::from_fn(|r, c| joint[r][c].value);
         let torque = SVector::<f64, A>::from_column_slice(&z[..A]);
@@ -168,15 +170,6 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
     }
 }
 
-fn rates_of<S: Scalar, const D: usize, const A: usize>(joint: &[[S; D]; A], v: &[S]) -> [S; A] {
-    std::array::from_fn(|axis| {
-        joint[axis]
-            .iter()
-            .zip(v)
-            .fold(S::constant(0.0), |sum, (j, v)| sum + *j * *v)
-    })
-}
-
 impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize> Differentiable
     for Mechanical<M, D, A, Z, H>
 {
@@ -199,11 +192,9 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         let q: [Dual<Z>; D] = std::array::from_fn(|i| Dual::seed(z[A + i], i));
         let v: [Dual<Z>; D] = std::array::from_fn(|i| Dual::seed(z[A + D + i], D + i));
         let a: [Dual<Z>; D] = std::array::from_fn(|i| Dual::constant(solved.acceleration[i]));
-        let mut force = [Dual::constant(0.0); D];
-        let mut joint = [[Dual::constant(0.0); D]; A];
-        self.machine
-            .dynamics(&q, &v, &a, &mut force, joint.as_flattened_mut());
-        let rates = rates_of(&joint, &v);
+        let motion = Motion::<_, D, A>::of(&self.machine, &q, &v, &a);
+        let rates = motion.rates(&v);
+        let (force, joint) = (motion.force, motion.joints);
         let mut outputs = vec![Dual::<Z>::constant(0.0); self.outputs];
         if self.needs_outputs() {
             self.machine.output_values(&q, &mut outputs);
@@ -266,10 +257,9 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
             std::array::from_fn(|i| SecondDual::seed(z[A + D + i], D + i));
         let a: [SecondDual<Z, H>; D] =
             std::array::from_fn(|i| SecondDual::constant(solved.acceleration[i]));
-        let mut force = [SecondDual::constant(0.0); D];
-        let mut joint = [[SecondDual::constant(0.0); D]; A];
-        self.machine
-            .dynamics(&q, &v, &a, &mut force, joint.as_flattened_mut());
+        let motion = Motion::<_, D, A>::of(&self.machine, &q, &v, &a);
+        let rates = motion.rates(&v);
+        let (force, joint) = (motion.force, motion.joints);
         let mut total = SecondDual::<Z, H>::constant(0.0);
         for i in 0..D {
             total -= force[i] * y[i];
@@ -277,7 +267,6 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
                 total += joint[axis][i] * (y[i] * z[axis]);
             }
         }
-        let rates = rates_of(&joint, &v);
         let path = &weights[A + 2 * D..];
         for (row, &weight) in self.rows.iter().zip(path) {
             match *row {
@@ -305,25 +294,12 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         let q: [Dual<D>; D] = std::array::from_fn(|i| Dual::seed(z[A + i], i));
         let rest = [Dual::<D>::constant(0.0); D];
         let y_dual: [Dual<D>; D] = std::array::from_fn(|i| Dual::constant(y[i]));
-        let mut joint_by_q = [[Dual::constant(0.0); D]; A];
-        let (mut with_y, mut without) = ([Dual::constant(0.0); D], [Dual::constant(0.0); D]);
-        self.machine.dynamics(
-            &q,
-            &rest,
-            &rest,
-            &mut without,
-            joint_by_q.as_flattened_mut(),
-        );
-        self.machine.dynamics(
-            &q,
-            &rest,
-            &y_dual,
-            &mut with_y,
-            joint_by_q.as_flattened_mut(),
-        );
-        let q_by_a =
-            SMatrix::<f64, D, D>::from_fn(|i, k| without[k].gradient[i] - with_y[k].gradient[i]);
-        let along_y = rates_of(&joint_by_q, &y_dual);
+        let without = Motion::<_, D, A>::of(&self.machine, &q, &rest, &rest);
+        let with_y = Motion::<_, D, A>::of(&self.machine, &q, &rest, &y_dual);
+        let q_by_a = SMatrix::<f64, D, D>::from_fn(|i, k| {
+            without.force[k].gradient[i] - with_y.force[k].gradient[i]
+        });
+        let along_y = with_y.joint_acceleration;
 
         // a_z from the gradient parts of the second-order pass.
         let residual = SMatrix::<f64, D, Z>::from_fn(|r, c| {

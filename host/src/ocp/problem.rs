@@ -195,7 +195,7 @@ impl OptimalControlProblem {
         entries.any(|&(r, c)| r == own && c >= self.sizes.states)
     }
 
-    /// Everything with a finite bound that holds all along.
+    /// Everything with a finite bound that holds all along, equations not counted.
     pub(super) fn limited(&self) -> impl Iterator<Item = Limited> + '_ {
         let Sizes {
             states,
@@ -207,7 +207,10 @@ impl OptimalControlProblem {
         let all = all.chain((0..controls).map(Limited::Control));
         let all = all.chain((0..path).map(Limited::Path));
         let all = all.chain(self.rates.iter().copied().map(Limited::Slope));
-        all.filter(|&limited| self.bounds_of(limited).size().is_finite())
+        all.filter(|&limited| {
+            let size = self.bounds_of(limited).size();
+            size.is_finite() && size > 0.0
+        })
     }
 
     /// Its bounds.

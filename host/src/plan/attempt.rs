@@ -8,7 +8,7 @@
 
 use super::finer::{Beside, FinerProgram};
 use super::guess::slowed_guess;
-use super::{Diagnosis, Effort, Progress, move_problem};
+use super::{Diagnosis, Effort, Progress, robust_problem};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{Iteration, NlpSolver, Outcome, Settings, Start, Status};
 use crate::ocp::{
@@ -75,20 +75,17 @@ pub(super) struct Attempt<'a> {
 }
 
 impl<'a> Attempt<'a> {
-    /// At the move of a file; limits that have to hold everywhere are drawn in by a share of them.
+    /// At a problem of a file; limits that have to hold everywhere are drawn in by a share of them.
     pub(super) fn new(
         file: &'a MoveFile,
+        problem: OptimalControlProblem,
         solver: &'a dyn NlpSolver,
         progress: &'a Rc<RefCell<Progress>>,
         margin: f64,
     ) -> Self {
-        let problem = move_problem(file);
         Self {
             file,
-            problem: Arc::new(match file.solver.limits {
-                LimitsAt::Nodes => problem,
-                LimitsAt::Everywhere => problem.tightened(margin),
-            }),
+            problem: Arc::new(drawn_in(file, problem, margin)),
             margin,
             solver,
             progress,
@@ -166,13 +163,10 @@ impl<'a> Attempt<'a> {
             }
             self.renew(&mut solved.samples, &courses, &peaks);
             let (mesh, scaling) = (solved.transcription.mesh(), solved.transcription.scaling());
-            let next = Transcription::with_scaling(
-                Arc::clone(&self.problem),
-                mesh.clone(),
-                scaling.clone(),
-            )
-            .with_path(path)
-            .with_samples(&solved.samples);
+            let problem = self.nearer(&solved.solution);
+            let next = Transcription::with_scaling(problem, mesh.clone(), scaling.clone())
+                .with_path(path)
+                .with_samples(&solved.samples);
             let next = Arc::new(next);
             if round == 0 {
                 beside.begin(self.finer(&next, &solved));
@@ -184,6 +178,18 @@ impl<'a> Attempt<'a> {
             beside.own_duration(solved.solution.duration_s);
         }
         Ok(solved)
+    }
+
+    /// The problem, with the bounds of a robust one on what is left drawn close around a solution.
+    fn nearer(&self, solution: &Solution) -> Arc<OptimalControlProblem> {
+        let robust = self.file.robust.as_ref();
+        robust
+            .filter(|_| !self.problem.ends.is_empty())
+            .and_then(|robust| robust_problem(self.file, robust, Some(solution)).ok())
+            .map_or_else(
+                || Arc::clone(&self.problem),
+                |problem| Arc::new(drawn_in(self.file, problem, self.margin)),
+            )
     }
 
     fn settings(&self, tolerance: f64, max_iterations: usize) -> Settings {
@@ -277,8 +283,10 @@ impl<'a> Attempt<'a> {
     /// The path functions that peaks are near to.
     fn near_path(&self, peaks: &[Peak]) -> Vec<usize> {
         let near = |row: usize| peaks.iter().any(|peak| peak.limited == Limited::Path(row));
+        // Equations hold wherever the solution goes.
+        let equation = |row: usize| self.problem.path[row].bounds.size() == 0.0;
         (0..self.problem.sizes.path)
-            .filter(|&row| near(row))
+            .filter(|&row| near(row) || equation(row))
             .collect()
     }
 
@@ -326,5 +334,13 @@ impl<'a> Attempt<'a> {
         for sample in samples {
             *sample = courses.sample(sample.interval, sample.local, sample.limited);
         }
+    }
+}
+
+/// A problem with its limits drawn in by a margin where they have to hold everywhere.
+fn drawn_in(file: &MoveFile, problem: OptimalControlProblem, margin: f64) -> OptimalControlProblem {
+    match file.solver.limits {
+        LimitsAt::Nodes => problem,
+        LimitsAt::Everywhere => problem.tightened(margin),
     }
 }

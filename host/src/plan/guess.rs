@@ -41,15 +41,16 @@ pub(super) fn slowed_guess(file: &MoveFile, solution: &Solution, factor: f64) ->
     let plant = file.machine.plant();
     let (axes, count) = (plant.axis_count(), plant.coordinate_count());
     let elastic: Vec<bool> = plant.coordinates().iter().map(|c| c.elastic).collect();
+    // After the nominal plant's states come those of any others, (q, v) of each.
     let share = |state: usize| {
-        let power = match state.checked_sub(axes) {
+        let power = match state.checked_sub(axes).map(|i| i % (2 * count)) {
             None => 2,
             Some(i) if i < count => 2 * i32::from(elastic[i]),
             Some(i) => 1 + 2 * i32::from(elastic[i - count]),
         };
         factor.powi(-power)
     };
-    let shares: Vec<f64> = (0..axes + 2 * count).map(share).collect();
+    let shares: Vec<f64> = (0..solution.states.nrows()).map(share).collect();
     let solution = solution.clone();
     Guess::new(solution.duration_s * factor, move |at| {
         let states = solution.state_at_share(at);
@@ -60,7 +61,10 @@ pub(super) fn slowed_guess(file: &MoveFile, solution: &Solution, factor: f64) ->
                 .zip(&shares)
                 .map(|(x, share)| x * share)
                 .collect(),
-            controls.iter().map(|u| u * factor.powi(-3)).collect(),
+            // Torque rates, then any commanded accelerations.
+            (controls.iter().enumerate())
+                .map(|(i, u)| u * factor.powi(if i < axes { -3 } else { -2 }))
+                .collect(),
         )
     })
 }

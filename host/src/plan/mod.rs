@@ -9,6 +9,8 @@ mod guess;
 mod played;
 mod problem;
 mod refinement;
+mod ringing;
+mod robust;
 mod trajectory;
 
 pub use check::{EndMiss, StateMiss, end_miss};
@@ -18,12 +20,14 @@ pub use guess::{quintic_guess, rigid_duration_s};
 pub use played::{Played, PlayedError};
 pub use problem::move_problem;
 pub use refinement::{Refinement, Shortfall};
+pub use robust::{nominal_part, robust_guess, robust_problem};
 pub use trajectory::{ConversionError, trajectory};
 
 use crate::certify::{Certificate, CertifyError, Coordinates, certify};
-use crate::movefile::{LimitsAt, MoveFile};
+use crate::movefile::{LimitsAt, MoveFile, Robust};
 use crate::nlp::{Iteration, NlpSolver, Status};
-use crate::ocp::{Hamiltonian, Mesh, Solution};
+use crate::ocp::{Hamiltonian, Mesh, OptimalControlProblem, Solution};
+use crate::simulate::modes::ModesError;
 use crate::simulate::ode::OdeError;
 use crate::sptfile::Section;
 use attempt::{Attempt, Solved};
@@ -197,6 +201,12 @@ pub enum PlanError {
     /// The answer does not fit the board.
     #[error(transparent)]
     Conversion(#[from] ConversionError),
+    /// A plant of a robust move cannot follow the nominal one.
+    #[error("no robust plan: following the motion that is planned for the nominal plant, {0}")]
+    Follow(#[from] OdeError),
+    /// A plant of a robust move has no modes at the goal.
+    #[error("no bound on what is left after the move: {0}")]
+    Modes(#[from] ModesError),
     /// The answer cannot be certified, whatever it is.
     #[error(transparent)]
     Certify(#[from] CertifyError),
@@ -254,19 +264,26 @@ fn plan_on_mesh(
     mut effort: Effort,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
-    let attempt = Attempt::new(file, solver, progress, MARGINS[0]);
+    let attempt = Attempt::new(file, problem(file)?, solver, progress, MARGINS[0]);
     effort.intervals = file.mesh.intervals;
     effort.setup += started.elapsed();
-    let mut solved = from_first_guesses(file, &attempt, &mut effort, beside)?;
+    let mut solved = match &file.robust {
+        None => from_first_guesses(file, &attempt, &mut effort, beside)?,
+        Some(robust) => {
+            let nominal = Attempt::new(file, move_problem(file), solver, progress, MARGINS[0]);
+            let nominal = from_first_guesses(file, &nominal, &mut effort, beside)?;
+            from_nominal(file, robust, &attempt, &nominal, &mut effort, beside)?
+        }
+    };
     let refinement = (file.mesh.refine)
         .map(|tolerance| refinement::refine(&attempt, &mut solved, tolerance, &mut effort, beside))
         .transpose()?;
-    let mut shipped = Shipped::of(file, &solved.solution)?;
+    let mut shipped = Shipped::of(file, &nominal_part(file, &solved.solution))?;
     for margin in &MARGINS[1..] {
         if shipped.is_as_wanted(file) {
             break;
         }
-        let attempt = Attempt::new(file, solver, progress, *margin);
+        let attempt = Attempt::new(file, problem(file)?, solver, progress, *margin);
         solved = match attempt.rounds(solved.clone(), &mut effort, beside) {
             Ok(again) => again,
             Err(diagnosis) if diagnosis.status == Status::Stopped => {
@@ -274,10 +291,34 @@ fn plan_on_mesh(
             }
             Err(_) => break,
         };
-        shipped = Shipped::of(file, &solved.solution)?;
+        shipped = Shipped::of(file, &nominal_part(file, &solved.solution))?;
     }
     let plan = checked(file, beside, solved, shipped, effort)?;
     Ok(Plan { refinement, ..plan })
+}
+
+/// The problem of a file, for all its plants.
+fn problem(file: &MoveFile) -> Result<OptimalControlProblem, PlanError> {
+    Ok(match &file.robust {
+        Some(robust) => robust_problem(file, robust, None)?,
+        None => move_problem(file),
+    })
+}
+
+/// Solves for all plants from the solution for the nominal one.
+fn from_nominal(
+    file: &MoveFile,
+    robust: &Robust,
+    attempt: &Attempt<'_>,
+    nominal: &Solved,
+    effort: &mut Effort,
+    beside: &mut Beside<'_, '_>,
+) -> Result<Solved, PlanError> {
+    let guess = robust_guess(file, robust, &nominal.solution)?;
+    let left = file.solver.max_iterations.saturating_sub(effort.iterations);
+    let mesh = nominal.solution.mesh.clone();
+    let solved = attempt.solve(mesh, &guess, left, effort, beside);
+    solved.map_err(|diagnosis| PlanError::unsolved(diagnosis, effort))
 }
 
 /// Solves from one first guess after the other.
@@ -368,7 +409,8 @@ fn checked(
             effort: Box::new(effort),
         });
     }
-    let miss = end_miss(&move_problem(file), &solved.solution);
+    let nominal = nominal_part(file, &solved.solution);
+    let miss = end_miss(&move_problem(file), &nominal);
     let played = played(file, &shipped.trajectory);
     let finer = beside.finish();
     effort.check += started.elapsed();
@@ -392,7 +434,7 @@ fn checked(
     }
     Ok(Plan {
         hamiltonian: solved.transcription.hamiltonian(&solved.outcome),
-        solution: solved.solution,
+        solution: nominal,
         trajectory: shipped.trajectory,
         section: Section {
             coordinates: shipped.coordinates,

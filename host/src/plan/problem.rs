@@ -59,8 +59,7 @@ fn build<M: Machine>(
     stage: impl FnOnce(Vec<PathRow>) -> Box<dyn Differentiable>,
 ) -> OptimalControlProblem {
     let limits = &file.limits;
-    let ratio = Machine::reducer_ratio(machine);
-    let (rows, path) = path_rows(machine, limits, ratio);
+    let (rows, path) = path_rows(machine, limits);
     let joint_rate = |row: &PathRow| matches!(row, PathRow::JointRate(_));
     let rates = (0..rows.len()).filter(|&i| joint_rate(&rows[i])).collect();
     let sizes = Sizes {
@@ -100,7 +99,7 @@ fn build<M: Machine>(
 }
 
 /// τ, q and v with their bounds; a limit on an output proportional to a coordinate is a bound on that coordinate.
-fn states<M: Machine>(machine: &M, file: &MoveFile) -> Vec<Quantity> {
+pub(super) fn states<M: Machine>(machine: &M, file: &MoveFile) -> Vec<Quantity> {
     let limits = &file.limits;
     let coordinates = Machine::coordinates(machine);
     // The solver's tolerance is relative to these magnitudes: a tiny move needs small ones.
@@ -133,11 +132,9 @@ fn states<M: Machine>(machine: &M, file: &MoveFile) -> Vec<Quantity> {
     torques.chain(positions).chain(rates).collect()
 }
 
-fn path_rows<M: Machine>(
-    machine: &M,
-    limits: &Limits,
-    ratio: f64,
-) -> (Vec<PathRow>, Vec<Quantity>) {
+/// Path rows with their bounds.
+pub(super) fn path_rows<M: Machine>(machine: &M, limits: &Limits) -> (Vec<PathRow>, Vec<Quantity>) {
+    let ratio = Machine::reducer_ratio(machine);
     let (mut rows, mut path) = (Vec::new(), Vec::new());
     for (index, (output, limit)) in Machine::outputs(machine)
         .iter()

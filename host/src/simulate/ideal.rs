@@ -11,7 +11,7 @@
 
 use super::linear;
 use super::ode::{OdeError, Tolerance, integrate};
-use super::path::RigidPath;
+use super::path::JointPath;
 use super::recording::{Frame, Recording};
 use crate::machine::{Equations, Plant};
 use std::cell::RefCell;
@@ -63,7 +63,7 @@ impl Space {
     fn solve(
         &mut self,
         plant: &dyn Plant,
-        path: &RigidPath,
+        path: &dyn JointPath,
         time_s: f64,
         (q, v): (&[f64], &[f64]),
         pull_per_s: f64,
@@ -102,10 +102,10 @@ impl Space {
 /// [`OdeError`] where the path leaves what the machine can reach.
 pub fn simulate(
     plant: &dyn Plant,
-    path: &RigidPath,
+    path: &dyn JointPath,
     settings: Settings,
 ) -> Result<Recording, OdeError> {
-    let end_s = path.profile().duration_s() + settings.after_s;
+    let end_s = path.duration_s() + settings.after_s;
     let times: Vec<f64> = (0..)
         .map(|k| f64::from(k) * settings.sample_s)
         .take_while(|t| *t <= end_s)
@@ -119,7 +119,7 @@ pub fn simulate(
 /// [`OdeError`] where the path leaves what the machine can reach.
 pub fn simulate_at(
     plant: &dyn Plant,
-    path: &RigidPath,
+    path: &dyn JointPath,
     times_s: &[f64],
     tolerance: f64,
 ) -> Result<Recording, OdeError> {
@@ -143,17 +143,17 @@ pub fn simulate_at(
             .chain(rates)
             .collect(),
     };
-    let duration_s = path.profile().duration_s();
+    let duration_s = path.duration_s();
     let mut recording = Recording {
         duration_s,
         rest_from_s: duration_s,
         ..Recording::default()
     };
-    let mut state = path.coordinates(0.0);
+    let mut state = path.start();
     state.resize(2 * n, 0.0);
     let (mut time_s, mut rest) = (0.0, times_s);
     // Between the breaks everything is smooth, so no step is wasted on a kink.
-    let mut pieces_s = path.profile().breaks_s();
+    let mut pieces_s = path.breaks_s();
     pieces_s.push(f64::INFINITY);
     for piece_s in pieces_s {
         let (times, later) = rest.split_at(rest.partition_point(|t| *t <= piece_s));

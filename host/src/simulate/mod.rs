@@ -9,6 +9,7 @@ pub mod metrics;
 pub mod modes;
 pub mod ode;
 pub mod path;
+pub mod planned;
 pub mod profile;
 pub mod recording;
 pub mod settings;

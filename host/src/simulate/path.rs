@@ -15,6 +15,18 @@ pub struct JointMotion {
     pub accelerations_rad_per_s2: Vec<f64>,
 }
 
+/// A motion of all joints in time: what drives follow.
+pub trait JointPath {
+    /// Coordinates of the machine at rest at the start.
+    fn start(&self) -> Vec<f64>;
+    /// Motion of the motors at a time, working in `equations`; NaN where the machine cannot be assembled.
+    fn motion(&self, time_s: f64, equations: &mut Equations) -> JointMotion;
+    /// Time after which the motors stand still.
+    fn duration_s(&self) -> f64;
+    /// Times between which everything is smooth, ascending.
+    fn breaks_s(&self) -> Vec<f64>;
+}
+
 /// A straight line of poses, travelled with a [`Profile`].
 #[derive(Clone)]
 pub struct RigidPath<'a> {
@@ -66,12 +78,23 @@ impl<'a> RigidPath<'a> {
         let along = |factor: f64| self.direction.iter().map(|d| d * factor).collect();
         (self.coordinates(time_s), along(rate), along(acceleration))
     }
+}
+
+impl JointPath for RigidPath<'_> {
+    fn start(&self) -> Vec<f64> {
+        self.coordinates(0.0)
+    }
+
+    fn duration_s(&self) -> f64 {
+        self.profile.duration_s()
+    }
+
+    fn breaks_s(&self) -> Vec<f64> {
+        self.profile.breaks_s()
+    }
 
     /// Motion of the motors. With θ' = J q' along the line, θ̇ = θ' ṡ and θ̈ = θ' s̈ + (J̇q') ṡ².
-    ///
-    /// NaN where the machine cannot be assembled.
-    #[must_use]
-    pub fn motion(&self, time_s: f64, equations: &mut Equations) -> JointMotion {
+    fn motion(&self, time_s: f64, equations: &mut Equations) -> JointMotion {
         let [_, rate, acceleration, _] = self.profile.at(time_s);
         let q = self.coordinates(time_s);
         if rate == 0.0 && acceleration == 0.0 {

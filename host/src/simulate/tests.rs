@@ -3,7 +3,7 @@
 use super::ideal::{self, Settings};
 use super::modes::{self, distinct_hz};
 use super::ode::{Tolerance, integrate};
-use super::path::RigidPath;
+use super::path::{JointPath as _, RigidPath};
 use super::profile::{Profile, Shaper};
 use super::shortest::{Shortest, Task};
 use super::stepper::Stepper;

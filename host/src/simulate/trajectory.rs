@@ -3,7 +3,7 @@
 use super::ideal::{self, Settings};
 use super::linear;
 use super::ode::OdeError;
-use super::path::RigidPath;
+use super::path::{JointPath as _, RigidPath};
 use super::recording::Frame;
 use crate::machine::{Equations, Plant};
 use crate::movefile::Limits;

@@ -30,7 +30,8 @@ pub(super) struct Chain<S> {
 /// Rates and accelerations of a chain.
 pub(super) struct Motion<S> {
     angle_rate: S,
-    angle_acceleration: S,
+    /// θ̈.
+    pub(super) angle_acceleration: S,
     curvature_rate: S,
     curvature_acceleration: S,
     elbow_acceleration: [S; 2],

@@ -1,0 +1,119 @@
+//! Robust moves: one commanded motion for several plants, judged by simulating each of them with motors that follow it exactly.
+
+use stillpoint::machine::Change;
+use stillpoint::movefile::{MachineKind, MoveFile, PAPER_MOVE};
+use stillpoint::nlp::Pounce;
+use stillpoint::plan::{Plan, plan};
+use stillpoint::simulate::ideal::{self, Settings};
+use stillpoint::simulate::planned::PlannedPath;
+use stillpoint::simulate::{Metrics, Recording};
+
+const AXIS_MOVE: &str = include_str!("../moves/axis.toml");
+
+/// The paper's move on 8 intervals of 7 points.
+fn paper(more: &str) -> MoveFile {
+    let text = PAPER_MOVE
+        .replace("intervals = 6", "intervals = 8")
+        .replace("points = 10", "points = 7");
+    MoveFile::parse(&(text + more), "paper.toml").expect("a move")
+}
+
+fn planned(file: &MoveFile) -> Plan {
+    plan(file, &Pounce, Box::new(|_, _| true)).expect("a plan")
+}
+
+/// What a plant does when its motors follow the planned motion.
+fn follow(file: &MoveFile, plan: &Plan, machine: &MachineKind) -> Metrics {
+    let path = PlannedPath::new(file.machine.plant(), &plan.solution);
+    let recording: Recording =
+        ideal::simulate(machine.plant(), &path, Settings::default()).expect("it can follow");
+    Metrics::of(machine.plant(), &recording)
+}
+
+fn residual_strain(file: &MoveFile, plan: &Plan, factor: f64) -> f64 {
+    let machine = file.machine.with_payload_factor(factor);
+    let metrics = follow(file, plan, &machine);
+    metrics.residual_strain.expect("gauges")
+}
+
+/// Measured with an independent implementation: still with the planned payload only.
+#[test]
+fn a_nominal_plan_rings_with_another_payload() {
+    let file = MoveFile::parse(PAPER_MOVE, "paper.toml").expect("paper");
+    let plan = planned(&file);
+    assert!(residual_strain(&file, &plan, 1.0) < 1e-6);
+    let near = [0.9, 1.1].map(|factor| residual_strain(&file, &plan, factor));
+    let far = [0.8, 1.2].map(|factor| residual_strain(&file, &plan, factor));
+    for (found, (least, most)) in [(near, (68e-6, 90e-6)), (far, (107e-6, 205e-6))] {
+        for residual in found {
+            assert!(
+                (0.95 * least..1.05 * most).contains(&residual),
+                "{near:?} {far:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_robust_plan_is_still_with_every_payload() {
+    let file = paper(
+        "\n[robust]\nparameter = \"platform_mass_kg\"\nfactors = [0.8, 1.2]\nresidual_strain = 15e-6\n",
+    );
+    let plan = planned(&file);
+    let milliseconds = plan.solution.duration_s * 1e3;
+    assert!(milliseconds < 58.3, "{milliseconds}");
+    let sweep = [0.8, 0.9, 1.0, 1.1, 1.2].map(|factor| residual_strain(&file, &plan, factor));
+    // The plants of the plan keep the bound, the simulation's own errors aside, and use most of it.
+    for residual in [sweep[0], sweep[4]] {
+        assert!(residual < 15.2e-6 && residual > 12e-6, "{sweep:?}");
+    }
+    assert!(
+        sweep[1] < 12e-6 && sweep[2] < 1e-6 && sweep[3] < 12e-6,
+        "{sweep:?}"
+    );
+}
+
+#[test]
+fn limits_hold_for_every_payload_between_the_planned_ones() {
+    let file = paper(
+        "\n[robust]\nparameter = \"platform_mass_kg\"\nfactors = [0.8, 1.2]\nresidual_strain = 10e-6\nlimits = \"all\"\n",
+    );
+    let plan = planned(&file);
+    let milliseconds = plan.solution.duration_s * 1e3;
+    assert!(milliseconds < 59.0, "{milliseconds}");
+    for step in 0..=20 {
+        let factor = 0.8 + 0.02 * f64::from(step);
+        let machine = file.machine.with_payload_factor(factor);
+        let metrics = follow(&file, &plan, &machine);
+        let residual = metrics.residual_strain.expect("gauges");
+        assert!(residual < 10.2e-6, "{factor}: {residual}");
+        let displacements = metrics.elastic_displacement.iter();
+        for (peak, limit) in displacements.zip(&file.limits.outputs) {
+            let limit = limit.unwrap_or(f64::INFINITY);
+            assert!(peak.peak < limit * 1.001, "{factor}: {peak:?}");
+        }
+        assert!(metrics.torque_nm < file.limits.torque_nm);
+    }
+}
+
+#[test]
+fn any_machine_and_any_parameter() {
+    let text = AXIS_MOVE.to_owned()
+        + "\n[robust]\nparameter = \"stiffness_nm_per_rad\"\nfactors = [0.8, 1.25]\nresidual_displacement_rad = 2e-4\n";
+    let file = MoveFile::parse(&text, "axis.toml").expect("a move");
+    let robust = planned(&file);
+    let nominal = planned(&MoveFile::parse(AXIS_MOVE, "axis.toml").expect("a move"));
+    assert!(robust.solution.duration_s > nominal.solution.duration_s);
+    for factor in [0.8, 1.25] {
+        let machine = file
+            .machine
+            .changed("stiffness_nm_per_rad", Change::Factor(factor))
+            .expect("possible");
+        let [left, left_by_nominal] =
+            [&robust, &nominal].map(|plan| follow(&file, plan, &machine).residual());
+        assert!(
+            left < 2.02e-4 && left_by_nominal > 1e-3,
+            "{left} {left_by_nominal}"
+        );
+    }
+}
