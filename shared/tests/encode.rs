@@ -1,7 +1,5 @@
 //! The board's serializer gives postcard's bytes.
 
-use std::collections::BTreeMap;
-
 use proptest::collection::{btree_map, vec};
 use proptest::prelude::*;
 use serde::Serialize;
