@@ -1,7 +1,7 @@
 //! Whether a trajectory may run on this machine, asked once, when it is loaded. Reject, never clip.
 //!
 //! At all nodes: finite, speed, torque, torque–speed curve; between the nodes the same and the slopes
-//! of position and torque, with a gap that [`between`] states. Where intervals meet: no jump. At
+//! of position and torque, with a gap that `between` states. Where intervals meet: no jump. At
 //! both ends: still. At the start: where the machine stands.
 //!
 //! # Tolerances

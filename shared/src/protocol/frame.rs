@@ -179,7 +179,7 @@ pub fn encode<'b, T: Serialize>(
 }
 
 /// Reads the envelope of a payload and returns the bytes of the body. Cannot fail on a payload that
-/// [`encode`] made.
+/// [`encode()`] made.
 pub fn open(payload: &[u8]) -> Result<(Envelope, &[u8]), FrameError> {
     let bytes = payload.len();
     decode::take(payload).map_err(|_| FrameError::Body { bytes })
