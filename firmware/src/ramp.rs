@@ -63,6 +63,7 @@ pub struct Ramp {
 
 impl Ramp {
     /// An even speed.
+    #[inline]
     pub const fn at(speed: u32) -> Self {
         Self {
             speed,
@@ -71,16 +72,19 @@ impl Ramp {
     }
 
     /// σ, 1 = [`FULL_SPEED`].
+    #[inline]
     pub fn speed(&self) -> u32 {
         self.speed
     }
 
     /// Whether σ is the wanted speed and stays so.
+    #[inline]
     pub fn is_at(&self, wanted: u32) -> bool {
         self.speed == wanted && self.change_per_s == 0.0
     }
 
     /// σ one period later if it goes on changing as it does.
+    #[inline]
     pub fn next_speed(&self, period_s: f32) -> u32 {
         if self.change_per_s == 0.0 {
             self.speed
@@ -120,6 +124,7 @@ impl Ramp {
         self.change_per_s
     }
 
+    #[inline]
     fn wish(
         &self,
         wanted: u32,
@@ -160,6 +165,7 @@ impl Ramp {
 }
 
 /// The greatest σ̇ in 1/s from which a constant jerk lands at a distance.
+#[inline]
 fn landing(distance: f32, jerk_per_s2: f32, period_s: f32) -> f32 {
     // Whole ticks of σ̇, σ̇ − jh, σ̇ − 2jh … add up to σ̇²/2j + σ̇h/2.
     let half = 0.5 * period_s;
@@ -168,6 +174,7 @@ fn landing(distance: f32, jerk_per_s2: f32, period_s: f32) -> f32 {
 }
 
 /// Share of the torque rate that a plan leaves at a speed: 1 − σ³, a little at least.
+#[inline]
 fn share_left(speed: u32) -> f32 {
     let ratio = speed_ratio(speed);
     larger(1.0 - ratio * ratio * ratio, LEAST_SHARE)
@@ -213,20 +220,24 @@ fn within_windows<const AXES: usize>(
 }
 
 /// σ after a change, within 0 and 1.
+#[inline]
 fn moved(speed: u32, change: f32) -> u32 {
     let units = (change * FULL_SPEED as f32) as i32;
     let next = speed.saturating_add_signed(units);
     if next < FULL_SPEED { next } else { FULL_SPEED }
 }
 
+#[inline]
 fn between(least: f32, value: f32, most: f32) -> f32 {
     larger(least, smaller(value, most))
 }
 
+#[inline]
 fn larger(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }
 
+#[inline]
 fn smaller(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }

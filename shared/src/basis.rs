@@ -75,12 +75,13 @@ impl Basis {
         x: f32,
         rows: &[[[f32; A]; Q]],
     ) -> [[f32; A]; Q] {
-        // The same operations in either case; room for fewer products takes less time to clear.
+        // The same operations in either case; room for fewer products takes less time to fill. Any
+        // number will do: zeros would be a library's work.
         const FEW: usize = 12;
         if self.points < FEW {
-            self.evaluate_with([0.0; FEW], x, rows)
+            self.evaluate_with([x; FEW], x, rows)
         } else {
-            self.evaluate_with([0.0; MAX_SUPPORT], x, rows)
+            self.evaluate_with([x; MAX_SUPPORT], x, rows)
         }
     }
 
