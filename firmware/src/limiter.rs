@@ -63,7 +63,6 @@ pub fn available_torque_nm(limits: &AxisLimits, speed_rad_per_s: f32) -> f32 {
 
 /// Least and greatest torque in N·m that [`limit`] surely lets through at a speed in rad/s, one
 /// period after `previous_nm` was sent: half of the tolerance is left for rounding.
-#[inline]
 pub fn torque_window(config: &LimiterConfig, previous_nm: f32, speed_rad_per_s: f32) -> (f32, f32) {
     const HALF: f32 = 0.5 * LIMIT_TOLERANCE;
     let available_nm = config.limits.available_torque_nm(speed_rad_per_s) * (1.0 + HALF);
@@ -109,7 +108,7 @@ fn is_within(config: &LimiterConfig, previous: &Setpoint, wanted: &Setpoint) -> 
 }
 
 #[cold]
-#[inline]
+#[inline(never)]
 fn brought_within(
     config: &LimiterConfig,
     previous: &Setpoint,
@@ -159,14 +158,12 @@ fn brought_within(
 }
 
 /// Limits `value` to `centre` ± (`reach` + one rounding error of the centre).
-#[inline]
 fn step(value: &mut f32, centre: f32, reach: f32) -> bool {
     clamp(value, centre, reach + centre.abs() * f32::EPSILON)
 }
 
 /// Limits `value` to `centre` ± `reach` and says whether it had to. Comparisons only: `f32::clamp`
 /// may panic, and `f32::min` is a library call on a Cortex-M4F.
-#[inline]
 fn clamp(value: &mut f32, centre: f32, reach: f32) -> bool {
     let (least, most) = (centre - reach, centre + reach);
     if *value > most {

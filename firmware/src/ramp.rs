@@ -94,12 +94,12 @@ impl Ramp {
     }
 
     /// Moves σ by one period towards `wanted`; returns the σ̇ in 1/s it moved with.
-    pub fn step<const AXES: usize>(
+    pub fn step(
         &mut self,
         wanted: u32,
         limits: &RampLimits,
         period_s: f32,
-        loads: &[AxisLoad; AXES],
+        loads: &[AxisLoad],
     ) -> f32 {
         let before = speed_ratio(self.speed);
         let distance = speed_ratio(wanted) - before;
@@ -124,7 +124,6 @@ impl Ramp {
         self.change_per_s
     }
 
-    #[inline]
     fn wish(
         &self,
         wanted: u32,
@@ -165,7 +164,6 @@ impl Ramp {
 }
 
 /// The greatest σ̇ in 1/s from which a constant jerk lands at a distance.
-#[inline]
 fn landing(distance: f32, jerk_per_s2: f32, period_s: f32) -> f32 {
     // Whole ticks of σ̇, σ̇ − jh, σ̇ − 2jh … add up to σ̇²/2j + σ̇h/2.
     let half = 0.5 * period_s;
@@ -174,7 +172,6 @@ fn landing(distance: f32, jerk_per_s2: f32, period_s: f32) -> f32 {
 }
 
 /// Share of the torque rate that a plan leaves at a speed: 1 − σ³, a little at least.
-#[inline]
 fn share_left(speed: u32) -> f32 {
     let ratio = speed_ratio(speed);
     larger(1.0 - ratio * ratio * ratio, LEAST_SHARE)
@@ -186,12 +183,12 @@ fn share_left(speed: u32) -> f32 {
 /// The torque after a step h is A (σ + h σ̇)² + B σ̇ + G. Its slope is taken as the secant's from 0
 /// to the wish: exact at both. An axis that no σ̇ up to `largest` brings where it has to stay is
 /// left to the limiter.
-fn within_windows<const AXES: usize>(
+fn within_windows(
     wish: f32,
     largest: f32,
     speed: f32,
     period_s: f32,
-    loads: &[AxisLoad; AXES],
+    loads: &[AxisLoad],
 ) -> f32 {
     let (mut least, mut most) = (-largest, largest);
     for load in loads {
@@ -220,24 +217,20 @@ fn within_windows<const AXES: usize>(
 }
 
 /// σ after a change, within 0 and 1.
-#[inline]
 fn moved(speed: u32, change: f32) -> u32 {
     let units = (change * FULL_SPEED as f32) as i32;
     let next = speed.saturating_add_signed(units);
     if next < FULL_SPEED { next } else { FULL_SPEED }
 }
 
-#[inline]
 fn between(least: f32, value: f32, most: f32) -> f32 {
     larger(least, smaller(value, most))
 }
 
-#[inline]
 fn larger(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }
 
-#[inline]
 fn smaller(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }

@@ -3,7 +3,6 @@
 
 /// Square root of a number that is not negative, to two rounding errors; 0 for anything else and
 /// for what is not a normal number.
-#[inline]
 pub(crate) fn square_root(value: f32) -> f32 {
     if !(f32::MIN_POSITIVE..=f32::MAX).contains(&value) {
         return 0.0;
