@@ -100,7 +100,8 @@ impl Block<'_> {
     #[cold]
     #[inline(never)]
     fn node(&self, axis: usize, j: usize) -> Place {
-        let basis = Basis::new(self.interval.points).ok();
+        let mut bases = BasisAtHand::NONE;
+        let basis = bases.of(self.interval.points);
         let x = basis.and_then(|basis| basis.nodes().get(j).copied());
         self.place(axis, x.unwrap_or(-1.0))
     }

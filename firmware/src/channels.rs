@@ -5,18 +5,18 @@ use stillpoint_shared::status::Quantity;
 use stillpoint_shared::trajectory::QUANTITIES;
 
 /// The basis of the interval at hand, worked out where the previous interval had another one.
-pub(crate) struct BasisAtHand(Option<Basis>);
+pub(crate) struct BasisAtHand(Basis);
 
 impl BasisAtHand {
-    pub(crate) const NONE: Self = Self(None);
+    pub(crate) const NONE: Self = Self(Basis::EMPTY);
 
     /// The basis of N = `points`; a trajectory's points have one, as its schedule could not be prepared
     /// otherwise.
     pub(crate) fn of(&mut self, points: usize) -> Option<&Basis> {
-        if self.0.as_ref().map(Basis::points) != Some(points) {
-            self.0 = Basis::new(points).ok();
+        if self.0.points() != points {
+            self.0.prepare(points).ok()?;
         }
-        self.0.as_ref()
+        Some(&self.0)
     }
 }
 

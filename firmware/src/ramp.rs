@@ -183,13 +183,7 @@ fn share_left(speed: u32) -> f32 {
 /// The torque after a step h is A (σ + h σ̇)² + B σ̇ + G. Its slope is taken as the secant's from 0
 /// to the wish: exact at both. An axis that no σ̇ up to `largest` brings where it has to stay is
 /// left to the limiter.
-fn within_windows(
-    wish: f32,
-    largest: f32,
-    speed: f32,
-    period_s: f32,
-    loads: &[AxisLoad],
-) -> f32 {
+fn within_windows(wish: f32, largest: f32, speed: f32, period_s: f32, loads: &[AxisLoad]) -> f32 {
     let (mut least, mut most) = (-largest, largest);
     for load in loads {
         let even_nm = load.planned_nm * speed * speed + load.static_nm;
