@@ -8,13 +8,13 @@ mod export;
 mod info;
 mod output;
 mod plan;
+mod plan_with;
 mod report;
 mod simulate;
 mod terminal;
 mod verify;
 
-use crate::plan::Plan;
-use crate::sptfile::{MAX_FILE_BYTES, SptFile};
+use crate::sptfile::{MAX_FILE_BYTES, Section, SptFile};
 use clap::{Parser, Subcommand};
 use serde_json::json;
 use std::fs::File;
@@ -188,9 +188,9 @@ fn encode(trajectory: &Trajectory) -> Result<Vec<u8>, TrajectoryError> {
     Ok(buffer)
 }
 
-/// The file of a plan.
-fn encode_plan(plan: &Plan) -> Result<Vec<u8>, TrajectoryError> {
-    let mut bytes = encode(&plan.trajectory)?;
-    bytes.extend(plan.section.encode());
+/// A trajectory file.
+fn encode_spt(trajectory: &Trajectory, section: &Section) -> Result<Vec<u8>, TrajectoryError> {
+    let mut bytes = encode(trajectory)?;
+    bytes.extend(section.encode());
     Ok(bytes)
 }
