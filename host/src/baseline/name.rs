@@ -93,6 +93,18 @@ impl Baseline {
         self.name
     }
 
+    /// The law that it shapes.
+    #[must_use]
+    pub fn law(&self) -> Law {
+        self.law
+    }
+
+    /// Whether it has a shaper.
+    #[must_use]
+    pub fn is_shaped(&self) -> bool {
+        self.shaping.is_some()
+    }
+
     /// Those that shape no more modes than the machine has.
     ///
     /// # Errors

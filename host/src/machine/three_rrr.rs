@@ -159,6 +159,7 @@ impl Machine for ThreeRrr {
     const AXES: usize = CHAINS;
     const ANGLES_WRAP: bool = true;
     const PAYLOAD: &'static str = "platform_mass_kg";
+    const STIFFNESS: &'static str = "youngs_modulus_pa";
 
     fn dynamics<S: Scalar>(&self, q: &[S], v: &[S], a: &[S], out: Dynamics<'_, S>) {
         let Dynamics {
