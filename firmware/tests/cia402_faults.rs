@@ -11,7 +11,7 @@ use cia402_sim::{
 use stillpoint_firmware::cia402::{CanFrame, NmtState, Stage, Trouble};
 use stillpoint_firmware::{DriveStatus, Feedback};
 use stillpoint_shared::drive_config::{AxisDrive, BusConfig, Mapping};
-use stillpoint_shared::drive_error;
+use stillpoint_shared::drive_error::{self, seen};
 
 fn statuses<const N: usize>(feedback: [Feedback; N]) -> [DriveStatus; N] {
     feedback.map(|feedback| feedback.status)
@@ -247,7 +247,7 @@ fn a_drive_without_heartbeat_is_lost_and_is_set_up_anew_only_on_request() {
     let (ticks, code) = ticks_to_fault(&mut rig, 2);
     // 150 ms after the last one, which was 50 ms ago at most.
     assert!((400..=608).contains(&ticks), "{ticks} ticks");
-    assert_eq!(code, 0x8130);
+    assert_eq!(code, seen::HEARTBEAT_LOST);
     assert_eq!(
         rig.report(2).trouble,
         Some(Trouble::HeartbeatLost { timeout_ms: 150 })
@@ -263,7 +263,10 @@ fn a_drive_without_heartbeat_is_lost_and_is_set_up_anew_only_on_request() {
     let first = Trouble::HeartbeatLost { timeout_ms: 150 };
     assert_eq!(rig.report(2).trouble, Some(first), "the first cause stays");
     rig.drive(2, |drive| drive.traits.sends_heartbeats = true);
-    assert_eq!(statuses(rig.off_for_ms(500))[2], fault(0x8130));
+    assert_eq!(
+        statuses(rig.off_for_ms(500))[2],
+        fault(seen::HEARTBEAT_LOST)
+    );
     assert_eq!(rig.drive(2, |drive| drive.state), Pds::SwitchOnDisabled);
     rig.request_fault_reset();
     rig.bring_up();
@@ -280,7 +283,7 @@ fn a_drive_that_starts_anew_is_not_used_as_if_nothing_had_been() {
         drive.push(5_000);
         drive.power_on();
     });
-    assert_eq!(ticks_to_fault(&mut rig, 0).1, 0x8130);
+    assert_eq!(ticks_to_fault(&mut rig, 0).1, seen::RESTARTED);
     assert_eq!(rig.report(0).trouble, Some(Trouble::Restarted));
     rig.move_for_ms(5, 1e-6);
     rig.safe();
@@ -373,7 +376,10 @@ fn a_drive_that_is_stopped_by_another_master_is_told() {
     rig.bring_up();
     rig.off_for_ms(100);
     rig.drive(0, |drive| drive.receive(&Raw::new(0x000, &[0x02, 5])));
-    assert_eq!(statuses(rig.off_for_ms(100)), [fault(0x8130)]);
+    assert_eq!(
+        statuses(rig.off_for_ms(100)),
+        [fault(seen::NOT_OPERATIONAL)]
+    );
     let state = NmtState::Stopped;
     assert_eq!(
         rig.report(0).trouble,
@@ -415,7 +421,7 @@ fn every_refused_object_is_named_with_the_reason() {
         });
         assert_eq!(
             statuses(rig.off_for_ms(400)),
-            [fault(0x6320)],
+            [fault(seen::REFUSED)],
             "{index:04x}"
         );
         let trouble = rig.report(0).trouble.unwrap().to_string();
@@ -451,7 +457,7 @@ fn what_a_drive_may_lack_it_may_lack_and_the_rest_not() {
         let expected = if may {
             DriveStatus::Disabled
         } else {
-            fault(0x6320)
+            fault(seen::REFUSED)
         };
         assert_eq!(statuses(rig.off_for_ms(400)), [expected], "{index:04x}");
         assert_eq!(rig.report(0).stage == Stage::Operational, may);
@@ -478,7 +484,7 @@ fn what_a_drive_may_lack_it_may_lack_and_the_rest_not() {
 fn a_mode_that_is_not_taken_up_is_told_and_never_enabled() {
     let mut rig = one();
     rig.drive(0, |drive| drive.traits.stubborn_mode = Some(1));
-    assert_eq!(statuses(rig.off_for_ms(900)), [fault(0x6320)]);
+    assert_eq!(statuses(rig.off_for_ms(900)), [fault(seen::MODE)]);
     assert_eq!(rig.report(0).trouble, Some(Trouble::Mode { shown: 1 }));
 
     // Enabled already, and then it leaves the mode.
@@ -508,7 +514,7 @@ fn a_wrong_node_id_a_wrong_device_and_a_wrong_motor_are_told_apart() {
     let feedback = rig.off_for_ms(1_000);
     assert_eq!(
         (feedback[0].age_ticks, feedback[0].status),
-        (u16::MAX, DriveStatus::Disabled)
+        (u16::MAX, fault(seen::NO_ANSWER))
     );
     assert!(
         rig.report(0)
@@ -528,7 +534,7 @@ fn a_wrong_node_id_a_wrong_device_and_a_wrong_motor_are_told_apart() {
 
     let mut rig = one();
     rig.drive(0, |drive| drive.dictionary.set(0x1000, 0, 0x000f_0191));
-    assert_eq!(statuses(rig.off_for_ms(300)), [fault(0x6320)]);
+    assert_eq!(statuses(rig.off_for_ms(300)), [fault(seen::NOT_A_DRIVE)]);
     let device_type = 0x000f_0191;
     assert_eq!(
         rig.report(0).trouble,
@@ -542,7 +548,7 @@ fn a_wrong_node_id_a_wrong_device_and_a_wrong_motor_are_told_apart() {
 
     let mut rig = one();
     rig.drive(0, |drive| drive.dictionary.set(0x6076, 0, 2_390));
-    assert_eq!(statuses(rig.off_for_ms(300)), [fault(0x6320)]);
+    assert_eq!(statuses(rig.off_for_ms(300)), [fault(seen::RATED_TORQUE)]);
     let trouble = rig.report(0).trouble.unwrap().to_string();
     assert!(
         trouble.contains("1.27 N·m in the configuration and 2.39 N·m in the drive"),
@@ -554,7 +560,7 @@ fn a_wrong_node_id_a_wrong_device_and_a_wrong_motor_are_told_apart() {
 fn feedback_that_is_missing_or_mapped_otherwise_is_told() {
     let mut rig = one();
     rig.drive(0, |drive| drive.traits.sends_feedback = false);
-    assert_eq!(statuses(rig.off_for_ms(900)), [fault(0x8130)]);
+    assert_eq!(statuses(rig.off_for_ms(900)), [fault(seen::NO_FEEDBACK)]);
     assert_eq!(rig.report(0).trouble, Some(Trouble::NoFeedback));
     // The command to start may be lost, so it is given again every 100 ms for half a second.
     let is_start = |frame: &&Raw| frame.id == 0 && frame.data() == [1, 5];
@@ -567,7 +573,10 @@ fn feedback_that_is_missing_or_mapped_otherwise_is_told() {
     };
     let mut rig = Rig::<1, 1>::new(every(2_000), [axis]);
     rig.drive(0, |drive| drive.dictionary.set(0x1800, 2, 1));
-    assert_eq!(statuses(rig.off_for_ms(400)), [fault(0x8210)]);
+    assert_eq!(
+        statuses(rig.off_for_ms(400)),
+        [fault(seen::FEEDBACK_LENGTH)]
+    );
     assert_eq!(
         rig.report(0).trouble,
         Some(Trouble::FeedbackLength { bytes: 2 })
@@ -602,7 +611,7 @@ fn a_silent_axis_is_switched_off_while_the_others_go_on() {
     // It does not come back by itself if that lasts.
     rig.off_for_ms(600);
     rig.drive(1, |drive| drive.traits.sends_feedback = true);
-    assert_eq!(statuses(rig.off_for_ms(100))[1], fault(0x8130));
+    assert_eq!(statuses(rig.off_for_ms(100))[1], fault(seen::NO_FEEDBACK));
     assert_eq!(rig.report(1).trouble, Some(Trouble::NoFeedback));
     rig.request_fault_reset();
     rig.bring_up();
