@@ -20,11 +20,11 @@ pub use guess::{quintic_guess, rigid_duration_s};
 pub use played::{Played, PlayedError};
 pub use problem::move_problem;
 pub use refinement::{Refinement, Shortfall};
-pub use robust::{nominal_part, robust_guess, robust_problem};
+pub use robust::{nominal_part, robust_problem};
 pub use trajectory::{ConversionError, trajectory};
 
 use crate::certify::{Certificate, CertifyError, Coordinates, certify};
-use crate::movefile::{LimitsAt, MoveFile, Robust};
+use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{Iteration, NlpSolver, Status};
 use crate::ocp::{Hamiltonian, Mesh, OptimalControlProblem, Solution};
 use crate::simulate::modes::ModesError;
@@ -201,9 +201,6 @@ pub enum PlanError {
     /// The answer does not fit the board.
     #[error(transparent)]
     Conversion(#[from] ConversionError),
-    /// A plant of a robust move cannot follow the nominal one.
-    #[error("no robust plan: following the motion that is planned for the nominal plant, {0}")]
-    Follow(#[from] OdeError),
     /// A plant of a robust move has no modes at the goal.
     #[error("no bound on what is left after the move: {0}")]
     Modes(#[from] ModesError),
@@ -267,14 +264,7 @@ fn plan_on_mesh(
     let attempt = Attempt::new(file, problem(file)?, solver, progress, MARGINS[0]);
     effort.intervals = file.mesh.intervals;
     effort.setup += started.elapsed();
-    let mut solved = match &file.robust {
-        None => from_first_guesses(file, &attempt, &mut effort, beside)?,
-        Some(robust) => {
-            let nominal = Attempt::new(file, move_problem(file), solver, progress, MARGINS[0]);
-            let nominal = from_first_guesses(file, &nominal, &mut effort, beside)?;
-            from_nominal(file, robust, &attempt, &nominal, &mut effort, beside)?
-        }
-    };
+    let mut solved = from_first_guesses(file, &attempt, &mut effort, beside)?;
     let refinement = (file.mesh.refine)
         .map(|tolerance| refinement::refine(&attempt, &mut solved, tolerance, &mut effort, beside))
         .transpose()?;
@@ -303,22 +293,6 @@ fn problem(file: &MoveFile) -> Result<OptimalControlProblem, PlanError> {
         Some(robust) => robust_problem(file, robust, None)?,
         None => move_problem(file),
     })
-}
-
-/// Solves for all plants from the solution for the nominal one.
-fn from_nominal(
-    file: &MoveFile,
-    robust: &Robust,
-    attempt: &Attempt<'_>,
-    nominal: &Solved,
-    effort: &mut Effort,
-    beside: &mut Beside<'_, '_>,
-) -> Result<Solved, PlanError> {
-    let guess = robust_guess(file, robust, &nominal.solution)?;
-    let left = file.solver.max_iterations.saturating_sub(effort.iterations);
-    let mesh = nominal.solution.mesh.clone();
-    let solved = attempt.solve(mesh, &guess, left, effort, beside);
-    solved.map_err(|diagnosis| PlanError::unsolved(diagnosis, effort))
 }
 
 /// Solves from one first guess after the other.

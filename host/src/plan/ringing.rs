@@ -22,7 +22,7 @@ use std::f64::consts::TAU;
 const SAME_FREQUENCY: f64 = 1e-5;
 
 /// Least part that a mode is given of a bound.
-const LEAST_PART: f64 = 0.02;
+const LEAST_PART: f64 = 0.005;
 
 /// A mode at the goal as functions of the end state (q, v).
 struct EndMode {
