@@ -185,7 +185,8 @@ pub(super) fn failed(failure: &(dyn std::error::Error + 'static), total: Duratio
         Some(
             PlanError::Missed { effort: spent, .. }
             | PlanError::Check { effort: spent, .. }
-            | PlanError::NotCertified { effort: spent, .. },
+            | PlanError::NotCertified { effort: spent, .. }
+            | PlanError::Rings { effort: spent, .. },
         ) => {
             let mut object = effort(spent, total);
             object["status"] = json!("inaccurate");
@@ -233,12 +234,15 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
     if let Some(refinement) = &plan.refinement {
         text += &format!("  {}\n", refinement.in_words());
     }
-    for line in [
-        plan.section.certificate.verdict(),
-        plan.finer_in_words(),
-        plan.hamiltonian_in_words(),
-        plan.played_in_words(),
-    ] {
+    let certificate = &plan.section.certificate;
+    let lines = [
+        Some(certificate.verdict()),
+        certificate.plants_in_words(),
+        Some(plan.finer_in_words()),
+        Some(plan.hamiltonian_in_words()),
+        Some(plan.played_in_words()),
+    ];
+    for line in lines.into_iter().flatten() {
         text += &format!("  {line}\n");
     }
     text

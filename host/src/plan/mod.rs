@@ -9,8 +9,8 @@ mod guess;
 mod played;
 mod problem;
 mod refinement;
-mod ringing;
 mod robust;
+mod stillness;
 mod trajectory;
 
 pub use check::{EndMiss, StateMiss, end_miss};
@@ -23,7 +23,7 @@ pub use refinement::{Refinement, Shortfall};
 pub use robust::{nominal_part, robust_problem};
 pub use trajectory::{ConversionError, trajectory};
 
-use crate::certify::{Certificate, CertifyError, Coordinates, certify};
+use crate::certify::{Certificate, CertifyError, Coordinates, PlantError, certify, certify_plants};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{Iteration, NlpSolver, Status};
 use crate::ocp::{Hamiltonian, Mesh, OptimalControlProblem, Solution};
@@ -201,6 +201,26 @@ pub enum PlanError {
     /// The answer does not fit the board.
     #[error(transparent)]
     Conversion(#[from] ConversionError),
+    /// A plant of a robust move keeps ringing.
+    #[error(
+        "the plan does not hold: simulated along the shipped motion, {name} is {value:.3e} {unit} where {limit:.3e} {unit} is asked \
+         for. Try a finer mesh ([mesh] intervals, points), or allow more"
+    )]
+    Rings {
+        /// What is left of what, with which plant.
+        name: String,
+        /// By the simulation.
+        value: f64,
+        /// The bound of the move file.
+        limit: f64,
+        /// Unit of both.
+        unit: String,
+        /// What was spent.
+        effort: Box<Effort>,
+    },
+    /// A plant of a robust move cannot follow what is planned.
+    #[error("the plan does not hold: {0}")]
+    Plant(#[from] PlantError),
     /// A plant of a robust move has no modes at the goal.
     #[error("no bound on what is left after the move: {0}")]
     Modes(#[from] ModesError),
@@ -268,12 +288,13 @@ fn plan_on_mesh(
     let refinement = (file.mesh.refine)
         .map(|tolerance| refinement::refine(&attempt, &mut solved, tolerance, &mut effort, beside))
         .transpose()?;
-    let mut shipped = Shipped::of(file, &nominal_part(file, &solved.solution))?;
+    let mut shipped = Shipped::of(file, &solved.solution)?;
+    let narrower = stillness::drawn_in(&attempt, &mut solved, &mut shipped, &mut effort, beside)?;
     for margin in &MARGINS[1..] {
         if shipped.is_as_wanted(file) {
             break;
         }
-        let attempt = Attempt::new(file, problem(file)?, solver, progress, *margin);
+        let attempt = Attempt::new(&narrower, problem(&narrower)?, solver, progress, *margin);
         solved = match attempt.rounds(solved.clone(), &mut effort, beside) {
             Ok(again) => again,
             Err(diagnosis) if diagnosis.status == Status::Stopped => {
@@ -281,7 +302,7 @@ fn plan_on_mesh(
             }
             Err(_) => break,
         };
-        shipped = Shipped::of(file, &nominal_part(file, &solved.solution))?;
+        shipped = Shipped::of(file, &solved.solution)?;
     }
     let plan = checked(file, beside, solved, shipped, effort)?;
     Ok(Plan { refinement, ..plan })
@@ -347,11 +368,23 @@ struct Shipped {
 }
 
 impl Shipped {
+    /// Of a solution for all plants.
     fn of(file: &MoveFile, solution: &Solution) -> Result<Self, PlanError> {
         let plant = file.machine.plant();
-        let trajectory = trajectory(plant, &file.limits, solution, 1)?;
-        let coordinates = Coordinates::of(solution, plant.axis_count());
-        let certificate = certify(&trajectory, &coordinates, &file.limits, plant)?;
+        let (axes, n) = (plant.axis_count(), plant.coordinate_count());
+        let nominal = nominal_part(file, solution);
+        let trajectory = trajectory(plant, &file.limits, &nominal, 1)?;
+        let coordinates = Coordinates::of(&nominal, axes, n);
+        let mut certificate = certify(&trajectory, &coordinates, &file.limits, plant)?;
+        if let Some(robust) = &file.robust {
+            let scenarios = robust.scenarios.iter().enumerate();
+            let own = scenarios.map(|(index, scenario)| {
+                let first = axes + 2 * n * (1 + index);
+                (scenario.limited).then(|| Coordinates::of(solution, first, n))
+            });
+            let own = own.collect();
+            certificate.plants = certify_plants(file, robust, &trajectory, own)?;
+        }
         Ok(Self {
             trajectory,
             coordinates,
@@ -383,6 +416,7 @@ fn checked(
             effort: Box::new(effort),
         });
     }
+    stillness::check(&shipped, &effort)?;
     let nominal = nominal_part(file, &solved.solution);
     let miss = end_miss(&move_problem(file), &nominal);
     let played = played(file, &shipped.trajectory);

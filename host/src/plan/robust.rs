@@ -11,7 +11,6 @@
 //! depend on its own states and on α alone: the structure of the derivatives shows one block for each plant.
 
 use super::problem::{move_problem, path_rows, states};
-use super::ringing;
 use crate::machine::Machine;
 use crate::movefile::{MachineKind, MoveFile, Robust, Scenario};
 use crate::ocp::{
@@ -19,6 +18,7 @@ use crate::ocp::{
     Solution, Squares,
 };
 use crate::simulate::modes::ModesError;
+use crate::simulate::ringing::ringing;
 
 /// The problem of a move that suits all plants of `robust`; its bounds on what is left are tight near a solution of it, if
 /// one is given.
@@ -83,17 +83,15 @@ pub fn robust_problem(
             let own = solution.states.column(last);
             own.rows(first, 2 * n).iter().copied().collect::<Vec<f64>>()
         });
-        let (quantities, squares): (Vec<_>, Vec<_>) =
-            ringing::rows(plant, &file.to, &robust.residuals, end.as_deref())?
-                .into_iter()
-                .unzip();
-        let rows = 1 + problem.ends.len()..1 + problem.ends.len() + squares.len();
-        problem
-            .ends
-            .extend(quantities.into_iter().map(|q| Quantity {
-                name: format!("{} left with {}", q.name, scenario.name),
-                ..q
-            }));
+        let left = ringing(plant, &file.to, &robust.residuals)?;
+        let rows = 1 + problem.ends.len()..1 + problem.ends.len() + left.len();
+        problem.ends.extend(left.iter().map(|left| Quantity {
+            name: format!("{} left with {}", left.name, scenario.name),
+            magnitude: Some(left.bound_of_squares()),
+            bounds: Bounds::new(f64::NEG_INFINITY, left.bound_of_squares()),
+        }));
+        let squares = left.iter().map(|left| left.sum_of_squares(end.as_deref()));
+        let squares = squares.collect();
         ends.push(Part {
             function: Box::new(Squares::new(squares, 2 * n)),
             variables: (states + first..states + first + 2 * n).collect(),

@@ -17,6 +17,8 @@ pub struct Report {
     pub limit_row: Option<SummaryRow>,
     /// What was proved of the trajectory, if anything was.
     pub proofs: Option<Proofs>,
+    /// What holds for other plants that the same motion has to suit.
+    pub plants: Option<Proofs>,
     /// Figures, in order.
     pub figures: Vec<Figure>,
     /// How the plan came about and what to know about it.

@@ -1,0 +1,88 @@
+//! What the plants of a robust move ring with, by simulation along what is shipped, against what is asked for.
+//!
+//! The plan bounds it for its own polynomials, which keep the dynamics at the points only: simulated, somewhat more or less is
+//! left. Where it is more, bounds are drawn in by that, and the plan is solved again from where it ended.
+
+use super::attempt::{Attempt, Solved};
+use super::finer::Beside;
+use super::robust::robust_problem;
+use super::{Effort, PlanError, Shipped};
+use crate::certify::Simulated;
+use crate::movefile::{LimitsAt, MoveFile};
+use crate::nlp::Status;
+use crate::ocp::Guess;
+
+/// Times that bounds are drawn in.
+const ROUNDS: usize = 3;
+
+/// By how much further than what is left too much, as a share.
+const BEYOND: f64 = 1e-3;
+
+/// Solves again with bounds drawn in until every plant is as still as it is asked to be, or no answer is found any more.
+/// Returns the file with the bounds that led there.
+pub(super) fn drawn_in(
+    attempt: &Attempt<'_>,
+    solved: &mut Solved,
+    shipped: &mut Shipped,
+    effort: &mut Effort,
+    beside: &mut Beside<'_, '_>,
+) -> Result<MoveFile, PlanError> {
+    let file = attempt.file;
+    let mut narrower = file.clone();
+    for _ in 0..ROUNDS {
+        let Some((_, worst)) = rings_most(shipped).filter(|(_, worst)| !worst.holds()) else {
+            break;
+        };
+        let factor = worst.limit / worst.value * (1.0 - BEYOND);
+        let Some(robust) = &mut narrower.robust else {
+            break;
+        };
+        for (_, bound) in &mut robust.residuals {
+            *bound *= factor;
+        }
+        let robust = robust.clone();
+        let problem = robust_problem(&narrower, &robust, Some(&solved.solution))?;
+        let attempt = attempt.at(&narrower, problem);
+        let again = match file.solver.limits {
+            LimitsAt::Everywhere => attempt.rounds(solved.clone(), effort, beside),
+            LimitsAt::Nodes => {
+                let guess = Guess::from_solution(solved.solution.clone());
+                let left = file.solver.max_iterations.saturating_sub(effort.iterations);
+                attempt.solve(solved.solution.mesh.clone(), &guess, left, effort, beside)
+            }
+        };
+        match again {
+            Ok(again) => *solved = again,
+            Err(diagnosis) if diagnosis.status == Status::Stopped => {
+                return Err(PlanError::unsolved(diagnosis, effort));
+            }
+            Err(_) => break,
+        }
+        *shipped = Shipped::of(file, &solved.solution)?;
+    }
+    Ok(narrower)
+}
+
+/// What is left too much, as an error.
+pub(super) fn check(shipped: &Shipped, effort: &Effort) -> Result<(), PlanError> {
+    match rings_most(shipped).filter(|(_, worst)| !worst.holds()) {
+        None => Ok(()),
+        Some((plant, worst)) => Err(PlanError::Rings {
+            name: format!("{} left with {plant}", worst.name),
+            value: worst.value,
+            limit: worst.limit,
+            unit: worst.unit.clone(),
+            effort: Box::new(effort.clone()),
+        }),
+    }
+}
+
+/// The plant, and what is left of what with it, that is largest against its bound.
+fn rings_most(shipped: &Shipped) -> Option<(&str, &Simulated)> {
+    let plants = shipped.certificate.plants.iter();
+    let left = plants.flat_map(|plant| {
+        let after = plant.simulated.iter().filter(|row| row.after);
+        after.map(|row| (plant.name.as_str(), row))
+    });
+    left.max_by(|(_, a), (_, b)| (a.value / a.limit).total_cmp(&(b.value / b.limit)))
+}
