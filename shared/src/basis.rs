@@ -25,8 +25,23 @@ pub struct Basis {
 }
 
 impl Basis {
+    /// No points.
+    pub const EMPTY: Self = Self {
+        nodes: [0.0; MAX_SUPPORT],
+        weights: [0.0; MAX_SUPPORT],
+        points: 0,
+    };
+
     /// The basis on N = `points` LGR points and the end, 2 ≤ N ≤ [`MAX_POINTS`].
     pub fn new(points: usize) -> Result<Self, LgrError> {
+        let mut basis = Self::EMPTY;
+        basis.prepare(points)?;
+        Ok(basis)
+    }
+
+    /// Makes this [`Basis::new`] where it lies; empty if there is no such basis.
+    pub fn prepare(&mut self, points: usize) -> Result<(), LgrError> {
+        self.points = 0;
         let mut exact = [0.0; MAX_SUPPORT];
         let mut exact_weights = [0.0; MAX_SUPPORT];
         let (Some(exact), Some(exact_weights)) =
@@ -37,22 +52,17 @@ impl Basis {
                 most: MAX_POINTS,
             });
         };
-        let mut basis = Self {
-            nodes: [0.0; MAX_SUPPORT],
-            weights: [0.0; MAX_SUPPORT],
-            points,
-        };
-
         lgr::support_nodes(exact)?;
-        for (rounded, node) in basis.nodes.iter_mut().zip(exact.iter_mut()) {
+        for (rounded, node) in self.nodes.iter_mut().zip(exact.iter_mut()) {
             *rounded = *node as f32;
             *node = f64::from(*rounded);
         }
         lgr::barycentric_weights(exact, exact_weights)?;
-        for (rounded, &weight) in basis.weights.iter_mut().zip(exact_weights.iter()) {
+        for (rounded, &weight) in self.weights.iter_mut().zip(exact_weights.iter()) {
             *rounded = weight as f32;
         }
-        Ok(basis)
+        self.points = points;
+        Ok(())
     }
 
     /// Number N of LGR points.
@@ -75,12 +85,13 @@ impl Basis {
         x: f32,
         rows: &[[[f32; A]; Q]],
     ) -> [[f32; A]; Q] {
-        // The same operations in either case; room for fewer products takes less time to clear.
+        // The same operations in either case; room for fewer products takes less time to fill. Any
+        // number will do: zeros would be a library's work.
         const FEW: usize = 12;
         if self.points < FEW {
-            self.evaluate_with([0.0; FEW], x, rows)
+            self.evaluate_with([x; FEW], x, rows)
         } else {
-            self.evaluate_with([0.0; MAX_SUPPORT], x, rows)
+            self.evaluate_with([x; MAX_SUPPORT], x, rows)
         }
     }
 

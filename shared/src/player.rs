@@ -87,11 +87,12 @@ impl Schedule {
         if self.bases.is_full() {
             return Err(TrajectoryError::TooManyBases { interval });
         }
-        // A basis is large: it is not handed through a chain of results.
-        match Basis::new(points) {
-            // There is room: this cannot fail.
-            Ok(basis) => _ = self.bases.push(basis),
-            Err(_) => return Err(TrajectoryError::Points { interval, points }),
+        // There is room: this cannot fail.
+        let _ = self.bases.push(Basis::EMPTY);
+        if let Some(basis) = self.bases.last_mut() {
+            basis
+                .prepare(points)
+                .map_err(|_| TrajectoryError::Points { interval, points })?;
         }
         Ok(self.bases.len() as u8 - 1)
     }

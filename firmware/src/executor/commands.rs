@@ -121,6 +121,7 @@ impl<const AXES: usize> Executor<AXES> {
     }
 
     /// The path speed that the override asks for.
+    #[inline]
     pub(super) fn wanted_speed(&self) -> u32 {
         speed_of_percent(self.override_percent())
     }
