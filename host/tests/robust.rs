@@ -1,12 +1,15 @@
 //! Robust moves: one commanded motion for several plants, judged by simulating each of them with motors that follow it exactly.
 
+use std::sync::Mutex;
+use stillpoint::certify::{VerifyError, verify_move};
 use stillpoint::machine::Change;
 use stillpoint::movefile::{MachineKind, MoveFile, PAPER_MOVE};
-use stillpoint::nlp::Pounce;
-use stillpoint::plan::{Plan, plan};
-use stillpoint::simulate::ideal::{self, Settings};
+use stillpoint::nlp::{Monitor, NlpProblem, NlpSolver, Outcome, Pounce, Settings, Status};
+use stillpoint::plan::{Plan, PlanError, plan};
+use stillpoint::simulate::ideal;
 use stillpoint::simulate::planned::PlannedPath;
 use stillpoint::simulate::{Metrics, Recording};
+use stillpoint::sptfile::SptFile;
 
 const AXIS_MOVE: &str = include_str!("../moves/axis.toml");
 
@@ -26,7 +29,7 @@ fn planned(file: &MoveFile) -> Plan {
 fn follow(file: &MoveFile, plan: &Plan, machine: &MachineKind) -> Metrics {
     let path = PlannedPath::new(file.machine.plant(), &plan.solution);
     let recording: Recording =
-        ideal::simulate(machine.plant(), &path, Settings::default()).expect("it can follow");
+        ideal::simulate(machine.plant(), &path, ideal::Settings::default()).expect("it can follow");
     Metrics::of(machine.plant(), &recording)
 }
 
@@ -142,5 +145,156 @@ fn any_machine_and_any_parameter() {
             left < 2e-4 && left_by_nominal > 1e-3,
             "{left} {left_by_nominal}"
         );
+    }
+}
+
+const ROBUST_AXIS: &str = "\n[robust]\nparameter = \"load_inertia_kg_m2\"\nfactors = [0.8, 1.2]\nresidual_displacement_rad = 2e-4\n";
+
+fn axis(more: &str) -> MoveFile {
+    MoveFile::parse(&(AXIS_MOVE.to_owned() + more), "axis.toml").expect("a move")
+}
+
+#[test]
+fn a_certificate_holds_for_its_own_plants_only() {
+    let limited = ROBUST_AXIS.to_owned() + "limits = [1.2]\n";
+    let file = axis(&limited);
+    let Plan {
+        trajectory,
+        section,
+        ..
+    } = planned(&file);
+    let stored = |section| SptFile {
+        trajectory: trajectory.clone(),
+        section: Ok(section),
+        section_bytes: 0,
+    };
+    let good = stored(section.clone());
+    let proved = verify_move(&good, &file).expect("as it was written");
+    let [light, heavy] = proved.plants.as_slice() else {
+        panic!("{:?}", proved.plants);
+    };
+    // The twist after the move of the one, and that and its torque of the other, which keeps its limit all along.
+    assert_eq!((light.simulated.len(), light.proofs.len()), (1, 0));
+    assert_eq!((heavy.simulated.len(), heavy.proofs.len()), (2, 1));
+
+    for other in [
+        axis(""),
+        axis(ROBUST_AXIS),
+        axis(&limited.replace("0.8", "0.9")),
+    ] {
+        let refused = verify_move(&good, &other).expect_err("other plants");
+        assert_eq!(refused.status(), "other-plants");
+    }
+    let stricter = axis(&limited.replace("2e-4", "1.9e-4"));
+    let refused = verify_move(&good, &stricter).expect_err("another bound");
+    assert_eq!(refused.status(), "differs");
+
+    let mut forged = section.clone();
+    forged.certificate.plants[0].simulated[0].value *= 0.99;
+    let refused = verify_move(&stored(forged), &file).expect_err("a forged figure");
+    assert!(
+        refused
+            .to_string()
+            .contains("twist_rad with load_inertia_kg_m2 × 0.8")
+    );
+    // Coordinates that keep their limit, but are not those of the plant.
+    let mut forged = section;
+    let coordinates = forged.certificate.plants[1].coordinates.as_mut();
+    for value in &mut coordinates.expect("stored").values {
+        *value *= 0.5;
+    }
+    let refused = verify_move(&stored(forged), &file).expect_err("forged coordinates");
+    assert!(matches!(refused, VerifyError::Differs { .. }), "{refused}");
+}
+
+/// Fails with programs of more variables than `most`, as often as `failures` says.
+struct Stubborn {
+    most: usize,
+    failures: Mutex<usize>,
+}
+
+impl NlpSolver for Stubborn {
+    fn name(&self) -> &'static str {
+        "stubborn"
+    }
+
+    fn solve(
+        &self,
+        mut problem: Box<dyn NlpProblem>,
+        settings: &Settings,
+        monitor: Monitor,
+    ) -> Outcome {
+        let mut failures = self.failures.lock().expect("one thread");
+        if problem.variable_bounds().len() <= self.most || *failures == 0 {
+            drop(failures);
+            return Pounce.solve(problem, settings, monitor);
+        }
+        *failures -= 1;
+        let x = problem.start().x.clone();
+        let mut constraints = vec![0.0; problem.constraint_bounds().len()];
+        problem.constraints(&x, &mut constraints);
+        Outcome {
+            status: Status::Stalled,
+            objective: problem.objective(&x),
+            x,
+            constraints,
+            multipliers: Default::default(),
+            iterations: 1,
+        }
+    }
+}
+
+/// With the nominal plant's variables: 80 points with five states and a control, five states at the end, the duration.
+const NOMINAL: usize = 80 * 6 + 5 + 1;
+
+#[test]
+fn what_does_not_solve_at_once_is_begun_with_nearer_plants() {
+    let file = axis(ROBUST_AXIS);
+    let at_once = planned(&file);
+    let solver = Stubborn {
+        most: NOMINAL,
+        failures: Mutex::new(4),
+    };
+    let stepwise = plan(&file, &solver, Box::new(|_, _| true)).expect("a plan");
+    assert_eq!(*solver.failures.lock().expect("one thread"), 0);
+    let change = stepwise.solution.duration_s / at_once.solution.duration_s - 1.0;
+    assert!(change.abs() < 1e-3, "{change}");
+}
+
+#[test]
+fn a_failure_says_what_there_is_a_plan_for() {
+    let file = axis(ROBUST_AXIS);
+    let solver = Stubborn {
+        most: NOMINAL,
+        failures: Mutex::new(usize::MAX),
+    };
+    let failure = plan(&file, &solver, Box::new(|_, _| true)).expect_err("no plan");
+    assert!(matches!(failure, PlanError::TooFarApart { .. }));
+    let said = failure.to_string();
+    for words in [
+        "no plan",
+        "a plan for the nominal plant alone",
+        "with load_inertia_kg_m2 × 1.2 twist_rad left after the move is 2.9",
+        "of 2.00000e-4",
+        "up to load_inertia_kg_m2 × 0.99",
+    ] {
+        assert!(said.contains(words), "{said}");
+    }
+}
+
+#[test]
+fn what_the_mesh_cannot_keep_is_refused_with_what_is_left() {
+    let failure = plan(
+        &axis(&ROBUST_AXIS.replace("2e-4", "1e-7")),
+        &Pounce,
+        Box::new(|_, _| true),
+    );
+    let said = failure.expect_err("too coarse a mesh").to_string();
+    for words in [
+        "twist_rad left after the move is",
+        "of 1.00000e-7 rad",
+        "finer mesh",
+    ] {
+        assert!(said.contains(words), "{said}");
     }
 }

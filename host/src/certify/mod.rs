@@ -19,7 +19,7 @@ mod verify;
 
 pub use certificate::{Certificate, IntervalPeak, Limited, Proof};
 pub use coordinates::Coordinates;
-pub use plants::{PlantError, PlantProofs, Simulated, certify_plants};
+pub use plants::{PlantError, PlantProofs, Simulated, certify_plants, left_after};
 pub use table::{HEADINGS, PLANT_HEADINGS};
 pub use verify::{VerifyError, verify, verify_move};
 

@@ -18,6 +18,7 @@ use crate::simulate::ringing::ringing;
 use crate::simulate::shipped::ShippedPath;
 use crate::simulate::{Frame, Recording};
 use serde::{Deserialize, Serialize};
+use stillpoint_shared::lgr::LgrError;
 use stillpoint_shared::{Trajectory, time};
 
 /// Relative error that the simulation allows in a step.
@@ -96,6 +97,14 @@ pub enum PlantError {
         /// Why.
         source: ModesError,
     },
+    /// An interval has an impossible number of points.
+    #[error("{name}: {source}")]
+    Rule {
+        /// The plant.
+        name: String,
+        /// Why.
+        source: LgrError,
+    },
     /// Coordinates or trajectory are impossible.
     #[error("{name}: {source}")]
     Certify {
@@ -123,20 +132,7 @@ pub fn certify_plants(
             source,
         };
         let plant = scenario.machine.plant();
-        let path = ShippedPath::new(trajectory, plant.rest(&file.from)).map_err(|_| {
-            // A decoded trajectory has no such interval.
-            certify(CertifyError::Trajectory(
-                stillpoint_shared::TrajectoryError::Points {
-                    interval: 0,
-                    points: 0,
-                },
-            ))
-        })?;
-        let times_s = looks_s(trajectory);
-        let recording = simulate_at(plant, &path, &times_s, TOLERANCE).map_err(|source| {
-            let name = scenario.name.clone();
-            PlantError::Follow { name, source }
-        })?;
+        let recording = follow(file, trajectory, scenario)?;
         let mut simulated = left(file, robust, scenario, &recording)?;
         let (mut proofs, mut departure) = (Vec::new(), None);
         if let Some(coordinates) = &coordinates {
@@ -161,6 +157,38 @@ pub fn certify_plants(
         })
     });
     plants.collect()
+}
+
+/// What is left of every bounded quantity with a plant that follows a trajectory.
+///
+/// # Errors
+/// [`PlantError`] where it cannot follow, or has no modes at the goal.
+pub fn left_after(
+    file: &MoveFile,
+    robust: &Robust,
+    scenario: &Scenario,
+    trajectory: &Trajectory,
+) -> Result<Vec<Simulated>, PlantError> {
+    left(file, robust, scenario, &follow(file, trajectory, scenario)?)
+}
+
+/// What a plant does whose motors follow a trajectory.
+fn follow(
+    file: &MoveFile,
+    trajectory: &Trajectory,
+    scenario: &Scenario,
+) -> Result<Recording, PlantError> {
+    let plant = scenario.machine.plant();
+    let path = ShippedPath::new(trajectory, plant.rest(&file.from));
+    let path = path.map_err(|source| PlantError::Rule {
+        name: scenario.name.clone(),
+        source,
+    })?;
+    let recording = simulate_at(plant, &path, &looks_s(trajectory), TOLERANCE);
+    recording.map_err(|source| PlantError::Follow {
+        name: scenario.name.clone(),
+        source,
+    })
 }
 
 /// Times over all intervals, the end last.

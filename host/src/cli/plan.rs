@@ -168,7 +168,12 @@ fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
 
 /// What a failed command says in JSON.
 pub(super) fn failed(failure: &(dyn std::error::Error + 'static), total: Duration) -> Value {
-    let mut object = match failure.downcast_ref::<PlanError>() {
+    let failure_of_plan = failure.downcast_ref::<PlanError>();
+    let failure_of_plan = match failure_of_plan {
+        Some(PlanError::TooFarApart { unsolved, .. }) => Some(unsolved.as_ref()),
+        other => other,
+    };
+    let mut object = match failure_of_plan {
         Some(PlanError::Unsolved(diagnosis, spent)) => {
             let mut object = effort(spent, total);
             let worst = diagnosis.worst.as_ref().map(|v| {

@@ -10,6 +10,7 @@ mod played;
 mod problem;
 mod refinement;
 mod robust;
+mod spread;
 mod stillness;
 mod trajectory;
 
@@ -203,20 +204,24 @@ pub enum PlanError {
     Conversion(#[from] ConversionError),
     /// A plant of a robust move keeps ringing.
     #[error(
-        "the plan does not hold: simulated along the shipped motion, {name} is {value:.3e} {unit} where {limit:.3e} {unit} is asked \
-         for. Try a finer mesh ([mesh] intervals, points), or allow more"
+        "the plan does not hold: simulated along the shipped motion, {left}{suits}. Try a finer mesh ([mesh] intervals, points), \
+         allow more to be left, or name plants nearer to the nominal one"
     )]
     Rings {
-        /// What is left of what, with which plant.
-        name: String,
-        /// By the simulation.
-        value: f64,
-        /// The bound of the move file.
-        limit: f64,
-        /// Unit of both.
-        unit: String,
+        /// What is left of what, of how much, with which plant.
+        left: String,
+        /// Which plants the bounds hold for.
+        suits: String,
         /// What was spent.
         effort: Box<Effort>,
+    },
+    /// The solver converged for plants that are nearer to the nominal one than those of the file, if at all.
+    #[error("{unsolved}\n  {instead}")]
+    TooFarApart {
+        /// How it ended for those of the file.
+        unsolved: Box<Self>,
+        /// What there is a plan for.
+        instead: String,
     },
     /// A plant of a robust move cannot follow what is planned.
     #[error("the plan does not hold: {0}")]
@@ -284,7 +289,13 @@ fn plan_on_mesh(
     let attempt = Attempt::new(file, problem(file)?, solver, progress, MARGINS[0]);
     effort.intervals = file.mesh.intervals;
     effort.setup += started.elapsed();
-    let mut solved = from_first_guesses(file, &attempt, &mut effort, beside)?;
+    let solved = from_first_guesses(file, &attempt, &mut effort, beside);
+    let mut solved = match (&file.robust, solved) {
+        (Some(robust), Err(failure)) if failure.is_worth_another_way() => {
+            spread::from_the_nominal_plant(&attempt, robust, &mut effort, beside)?
+        }
+        (_, solved) => solved?,
+    };
     let refinement = (file.mesh.refine)
         .map(|tolerance| refinement::refine(&attempt, &mut solved, tolerance, &mut effort, beside))
         .transpose()?;
@@ -327,7 +338,8 @@ fn from_first_guesses(
     let mut failure = None;
     for (index, slowness) in GUESS_SLOWNESS.into_iter().enumerate() {
         let left = file.solver.max_iterations.saturating_sub(effort.iterations);
-        let last = index + 1 == GUESS_SLOWNESS.len();
+        // Of a robust move there is another way.
+        let last = index + 1 == GUESS_SLOWNESS.len() && file.robust.is_none();
         let iterations = if last {
             left
         } else {
@@ -354,6 +366,10 @@ fn from_first_guesses(
 }
 
 impl PlanError {
+    fn is_worth_another_way(&self) -> bool {
+        matches!(self, Self::Unsolved(diagnosis, _) if diagnosis.status != Status::Stopped)
+    }
+
     fn unsolved(mut diagnosis: Box<Diagnosis>, effort: &Effort) -> Self {
         diagnosis.iterations = effort.iterations;
         Self::Unsolved(diagnosis, Box::new(effort.clone()))
@@ -416,7 +432,7 @@ fn checked(
             effort: Box::new(effort),
         });
     }
-    stillness::check(&shipped, &effort)?;
+    stillness::check(file, &shipped, &effort)?;
     let nominal = nominal_part(file, &solved.solution);
     let miss = end_miss(&move_problem(file), &nominal);
     let played = played(file, &shipped.trajectory);

@@ -19,6 +19,7 @@ use crate::ocp::{
 };
 use crate::simulate::modes::ModesError;
 use crate::simulate::ringing::ringing;
+use nalgebra::DMatrix;
 
 /// The problem of a move that suits all plants of `robust`; its bounds on what is left are tight near a solution of it, if
 /// one is given.
@@ -180,6 +181,26 @@ fn rows_of<M: Machine>(machine: &M, file: &MoveFile, scenario: &Scenario) -> Row
         quantity.name = format!("{} with {}", quantity.name, scenario.name);
     }
     Rows { states, rows, path }
+}
+
+/// A solution for the nominal plant as one for all, which move as it does; commanded accelerations zero.
+pub(super) fn with_every_plant(file: &MoveFile, robust: &Robust, nominal: &Solution) -> Solution {
+    let axes = file.machine.plant().axis_count();
+    let (states, points) = nominal.states.shape();
+    let own = states - axes;
+    let count = robust.scenarios.len();
+    Solution {
+        states: DMatrix::from_fn(states + count * own, points, |row, column| {
+            let row = if row < states {
+                row
+            } else {
+                axes + (row - states) % own
+            };
+            nominal.states[(row, column)]
+        }),
+        controls: nominal.controls.clone().insert_rows(axes, axes, 0.0),
+        ..nominal.clone()
+    }
 }
 
 /// What the largest torque accelerates a joint by at the start of the move, rad/s²: how large commands are.

@@ -6,6 +6,7 @@
 use super::attempt::{Attempt, Solved};
 use super::finer::Beside;
 use super::robust::robust_problem;
+use super::spread::suited;
 use super::{Effort, PlanError, Shipped};
 use crate::certify::Simulated;
 use crate::movefile::{LimitsAt, MoveFile};
@@ -17,6 +18,9 @@ const ROUNDS: usize = 3;
 
 /// By how much further than what is left too much, as a share.
 const BEYOND: f64 = 1e-3;
+
+/// What is left of a bound at least when it is drawn in.
+const LEAST_FACTOR: f64 = 0.3;
 
 /// Solves again with bounds drawn in until every plant is as still as it is asked to be, or no answer is found any more.
 /// Returns the file with the bounds that led there.
@@ -33,10 +37,12 @@ pub(super) fn drawn_in(
         let Some((_, worst)) = rings_most(shipped).filter(|(_, worst)| !worst.holds()) else {
             break;
         };
-        let factor = worst.limit / worst.value * (1.0 - BEYOND);
+        // What is too much comes from the mesh, and hardly falls with the bound.
+        let excess = worst.value / worst.limit - 1.0;
         let Some(robust) = &mut narrower.robust else {
             break;
         };
+        let factor = (1.0 - excess - BEYOND).max(LEAST_FACTOR);
         for (_, bound) in &mut robust.residuals {
             *bound *= factor;
         }
@@ -64,17 +70,19 @@ pub(super) fn drawn_in(
 }
 
 /// What is left too much, as an error.
-pub(super) fn check(shipped: &Shipped, effort: &Effort) -> Result<(), PlanError> {
-    match rings_most(shipped).filter(|(_, worst)| !worst.holds()) {
-        None => Ok(()),
-        Some((plant, worst)) => Err(PlanError::Rings {
-            name: format!("{} left with {plant}", worst.name),
-            value: worst.value,
-            limit: worst.limit,
-            unit: worst.unit.clone(),
-            effort: Box::new(effort.clone()),
+pub(super) fn check(file: &MoveFile, shipped: &Shipped, effort: &Effort) -> Result<(), PlanError> {
+    let Some((plant, worst)) = rings_most(shipped).filter(|(_, worst)| !worst.holds()) else {
+        return Ok(());
+    };
+    let robust = file.robust.as_ref();
+    let suits = robust.and_then(|robust| suited(file, robust, &shipped.trajectory));
+    Err(PlanError::Rings {
+        left: format!("{worst} with {plant}"),
+        suits: suits.map_or_else(String::new, |suits| {
+            format!("; the same motion keeps the bounds up to {suits}")
         }),
-    }
+        effort: Box::new(effort.clone()),
+    })
 }
 
 /// The plant, and what is left of what with it, that is largest against its bound.
