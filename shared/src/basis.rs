@@ -78,30 +78,13 @@ impl Basis {
     /// Σ_j L_j(x) row_j for N + 1 `rows` of Q quantities × A axes each, node after node.
     ///
     /// `x` is the local coordinate on [−1, 1]. Rows that are missing count as zero, rows beyond N +
-    /// 1 are not read.
+    /// 1 are not read. `after` is room for the products; to make it anew would cost a tenth of all.
     #[inline]
     pub fn evaluate<const Q: usize, const A: usize>(
         &self,
         x: f32,
         rows: &[[[f32; A]; Q]],
-    ) -> [[f32; A]; Q] {
-        // The same operations in either case; room for fewer products takes less time to fill. Any
-        // number will do: zeros would be a library's work.
-        const FEW: usize = 12;
-        if self.points < FEW {
-            self.evaluate_with([x; FEW], x, rows)
-        } else {
-            self.evaluate_with([x; MAX_SUPPORT], x, rows)
-        }
-    }
-
-    /// [`Basis::evaluate`] with room for N + 1 products.
-    #[inline]
-    fn evaluate_with<const Q: usize, const A: usize, const ROOM: usize>(
-        &self,
-        mut after: [f32; ROOM],
-        x: f32,
-        rows: &[[[f32; A]; Q]],
+        after: &mut [f32; MAX_SUPPORT],
     ) -> [[f32; A]; Q] {
         let mut product = 1.0;
         for (after, node) in after.iter_mut().zip(self.nodes()).rev() {
@@ -111,9 +94,9 @@ impl Basis {
         let mut sum = [[0.0; A]; Q];
         let mut before = 1.0;
         for (((node, weight), after), row) in
-            self.nodes().iter().zip(&self.weights).zip(&after).zip(rows)
+            self.nodes().iter().zip(&self.weights).zip(after).zip(rows)
         {
-            let cardinal = before * after * weight;
+            let cardinal = before * *after * weight;
             for (sum, value) in sum.as_flattened_mut().iter_mut().zip(row.as_flattened()) {
                 *sum += cardinal * value;
             }

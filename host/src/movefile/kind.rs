@@ -45,6 +45,12 @@ macro_rules! map {
     };
 }
 
+fn names_and_values<M: Machine>(machine: &M, pose: &[f64]) -> Vec<(&'static str, f64)> {
+    let mut values = vec![0.0; M::REGULARITIES.len()];
+    machine.regularities(&machine.rest(pose), &mut values);
+    M::REGULARITIES.iter().copied().zip(values).collect()
+}
+
 impl MachineKind {
     /// The machine in plain numbers.
     #[must_use]
@@ -69,6 +75,12 @@ impl MachineKind {
         any!(self, machine => machine.check_pose(pose))
     }
 
+    /// Names and values of [`Machine::regularities`] of the undeformed machine at a pose.
+    #[must_use]
+    pub fn regularities(&self, pose: &[f64]) -> Vec<(&'static str, f64)> {
+        any!(self, machine => names_and_values(machine, pose))
+    }
+
     /// See [`Machine::assumptions`].
     #[must_use]
     pub fn assumptions(&self) -> Vec<Assumption> {
@@ -89,6 +101,24 @@ impl MachineKind {
             let found = copy.parameters().into_iter().find(|p| p.key == key);
             found.map(|p| *p.value)
         })
+    }
+
+    /// Key of the payload, see [`Machine::PAYLOAD`].
+    #[must_use]
+    pub fn payload(&self) -> &'static str {
+        fn key<M: Machine>(_: &M) -> &'static str {
+            M::PAYLOAD
+        }
+        any!(self, machine => key(machine))
+    }
+
+    /// Key of the stiffness, see [`Machine::STIFFNESS`].
+    #[must_use]
+    pub fn stiffness(&self) -> &'static str {
+        fn key<M: Machine>(_: &M) -> &'static str {
+            M::STIFFNESS
+        }
+        any!(self, machine => key(machine))
     }
 
     /// See [`Machine::changed`].

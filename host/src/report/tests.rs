@@ -208,6 +208,7 @@ fn sample(file: &MoveFile) -> Report {
             ),
         ],
         parameters: parameters_of(file),
+        ..Report::default()
     }
 }
 

@@ -14,6 +14,7 @@ pub mod profile;
 pub mod recording;
 pub mod ringing;
 pub mod settings;
+pub mod shaper;
 pub mod shipped;
 pub mod shortest;
 pub mod stepper;
