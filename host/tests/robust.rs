@@ -1,7 +1,7 @@
 //! Robust moves: one commanded motion for several plants, judged by simulating each of them with motors that follow it exactly.
 
 use std::sync::Mutex;
-use stillpoint::certify::{VerifyError, verify_move};
+use stillpoint::certify::{VerifyError, certify_plants, verify_move};
 use stillpoint::machine::Change;
 use stillpoint::movefile::{MachineKind, MoveFile, PAPER_MOVE};
 use stillpoint::nlp::{Monitor, NlpProblem, NlpSolver, Outcome, Pounce, Settings, Status};
@@ -211,14 +211,22 @@ fn a_certificate_holds_for_its_own_plants_only() {
             .to_string()
             .contains("twist_rad with load_inertia_kg_m2 × 0.8")
     );
-    // Coordinates that keep their limit, but are not those of the plant.
+    // Coordinates that keep their limit, but are not those of the plant: without proofs of their own, and with them.
     let mut forged = section;
     let coordinates = forged.certificate.plants[1].coordinates.as_mut();
-    for value in &mut coordinates.expect("stored").values {
+    let coordinates = coordinates.expect("stored");
+    for value in &mut coordinates.values {
         *value *= 0.5;
     }
-    let refused = verify_move(&stored(forged), &file).expect_err("forged coordinates");
+    let coordinates = vec![None, Some(coordinates.clone())];
+    let refused = verify_move(&stored(forged.clone()), &file).expect_err("forged coordinates");
     assert!(matches!(refused, VerifyError::Differs { .. }), "{refused}");
+    let robust = file.robust.as_ref().expect("other plants");
+    let plants = certify_plants(&file, robust, &trajectory, coordinates);
+    forged.certificate.plants = plants.expect("proofs");
+    let refused = verify_move(&stored(forged), &file).expect_err("another plant's proofs");
+    assert_eq!(refused.status(), "not-certified");
+    assert!(refused.to_string().contains("departs by"), "{refused}");
 }
 
 /// Fails with programs of more variables than `most`, as often as `failures` says.

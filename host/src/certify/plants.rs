@@ -27,6 +27,9 @@ const TOLERANCE: f64 = 1e-9;
 /// Times per point of the trajectory at which a simulated plant is looked at.
 const LOOKS_PER_POINT: usize = 8;
 
+/// Share of a coordinate's typical magnitude by which a simulated plant may depart from polynomials that stand for it.
+const FARTHEST: f64 = 1e-2;
+
 /// What holds for one plant besides the nominal one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlantProofs {
@@ -66,14 +69,24 @@ impl Simulated {
 }
 
 impl PlantProofs {
-    /// What is beyond its limit, if anything is: one sentence.
+    /// What is beyond its limit, if anything is, or why nothing is proved: one sentence.
     #[must_use]
     pub fn broken(&self) -> Option<String> {
+        let name = &self.name;
         let proof = self.proofs.iter().find(|proof| !proof.holds());
         let simulated = self.simulated.iter().find(|row| !row.holds());
+        let departure = self.departure.filter(|share| *share > FARTHEST);
         proof
-            .map(|proof| format!("{proof} with {}", self.name))
-            .or_else(|| simulated.map(|row| format!("{row} with {}", self.name)))
+            .map(|proof| format!("{proof} with {name}"))
+            .or_else(|| simulated.map(|row| format!("{row} with {name}")))
+            .or_else(|| {
+                departure.map(|share| {
+                    format!(
+                        "simulated with {name}, a coordinate departs by {share:.1e} of its typical magnitude from the polynomial that \
+                         limits are proved for"
+                    )
+                })
+            })
     }
 }
 

@@ -211,7 +211,7 @@ pub(super) fn failed(failure: &(dyn std::error::Error + 'static), total: Duratio
             PlanError::Missed { effort: spent, .. }
             | PlanError::Check { effort: spent, .. }
             | PlanError::NotCertified { effort: spent, .. }
-            | PlanError::Rings { effort: spent, .. },
+            | PlanError::OtherPlant { effort: spent, .. },
         ) => {
             let mut object = effort(spent, total);
             object["status"] = json!("inaccurate");

@@ -206,15 +206,15 @@ pub enum PlanError {
     /// The answer does not fit the board.
     #[error(transparent)]
     Conversion(#[from] ConversionError),
-    /// A plant of a robust move keeps ringing.
+    /// Another plant of a robust move exceeds a bound.
     #[error(
-        "the plan does not hold: simulated along the shipped motion, {left}{suits}. Try a finer mesh ([mesh] intervals, points), \
-         allow more to be left, or name plants nearer to the nominal one"
+        "the plan does not hold: {broken}{suits}. Try a finer mesh ([mesh] intervals, points), allow more to be left, or name \
+         plants nearer to the nominal one"
     )]
-    Rings {
-        /// What is left of what, of how much, with which plant.
-        left: String,
-        /// Which plants the bounds hold for.
+    OtherPlant {
+        /// What is how much, of how much, with which plant.
+        broken: String,
+        /// Which plants are as still as they have to be.
         suits: String,
         /// What was spent.
         effort: Box<Effort>,
@@ -385,7 +385,7 @@ impl PlanError {
             Self::NotCertified { effort, .. }
             | Self::Check { effort, .. }
             | Self::Missed { effort, .. }
-            | Self::Rings { effort, .. } => Some((Failure::Untrue, effort)),
+            | Self::OtherPlant { effort, .. } => Some((Failure::Untrue, effort)),
             _ => None,
         }
     }

@@ -8,7 +8,7 @@ use super::finer::Beside;
 use super::robust::robust_problem;
 use super::spread::suited;
 use super::{Effort, PlanError, Shipped};
-use crate::certify::Simulated;
+use crate::certify::{PlantProofs, Simulated};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::Status;
 use crate::ocp::Guess;
@@ -69,15 +69,19 @@ pub(super) fn drawn_in(
     Ok(narrower)
 }
 
-/// What is left too much, as an error.
+/// What is left too much, or beyond another plant's limits, as an error.
 pub(super) fn check(file: &MoveFile, shipped: &Shipped, effort: &Effort) -> Result<(), PlanError> {
-    let Some((plant, worst)) = rings_most(shipped).filter(|(_, worst)| !worst.holds()) else {
+    let rings = rings_most(shipped).filter(|(_, worst)| !worst.holds());
+    let left = rings.map(|(plant, worst)| format!("{worst} with {plant}, by simulation"));
+    let rings = left.is_some();
+    let mut plants = shipped.certificate.plants.iter();
+    let Some(broken) = left.or_else(|| plants.find_map(PlantProofs::broken)) else {
         return Ok(());
     };
-    let robust = file.robust.as_ref();
+    let robust = file.robust.as_ref().filter(|_| rings);
     let suits = robust.and_then(|robust| suited(file, robust, &shipped.trajectory));
-    Err(PlanError::Rings {
-        left: format!("{worst} with {plant}"),
+    Err(PlanError::OtherPlant {
+        broken,
         suits: suits.map_or_else(String::new, |suits| {
             format!("; the same motion keeps the bounds up to {suits}")
         }),
