@@ -25,10 +25,19 @@ pub fn away(act: impl FnOnce()) {
     AWAY_COUNTS.store(before.wrapping_add(counts.into()), Ordering::Relaxed);
 }
 
-/// A reading of the timer from which no interrupt of the tick takes anything. Only differences within a period mean
-/// anything.
+/// A reading of the timer from which no interrupt of the tick takes anything; only differences mean anything.
 fn own_counts() -> u32 {
     u32::from(elapsed_counts()).wrapping_sub(AWAY_COUNTS.load(Ordering::Relaxed))
+}
+
+/// Counts from one reading to another less than a period later, whose timer may have begun anew.
+fn between(earlier: u32, later: u32) -> u32 {
+    let counts = later.wrapping_sub(earlier);
+    if counts < PERIOD_COUNTS {
+        counts
+    } else {
+        counts.wrapping_add(PERIOD_COUNTS)
+    }
 }
 
 impl Stopwatch {
@@ -50,7 +59,7 @@ impl Stopwatch {
 
     /// Counts from the beginning to when the drives were told something.
     pub fn until<D>(&self, drives: &Timed<D>) -> u16 {
-        drives.reached_counts.wrapping_sub(self.0) as u16
+        between(self.0, drives.reached_counts) as u16
     }
 }
 
@@ -81,7 +90,7 @@ impl<const N: usize, D: DriveGroup<N>> DriveGroup<N> for Timed<D> {
     fn exchange(&mut self, setpoints: &[Setpoint; N]) -> Result<[Feedback; N], D::Error> {
         self.reached_counts = own_counts();
         let answer = self.group.exchange(setpoints);
-        self.answer_counts = own_counts().wrapping_sub(self.reached_counts);
+        self.answer_counts = between(self.reached_counts, own_counts());
         answer
     }
 
