@@ -13,7 +13,7 @@ use stillpoint_shared::status::{Place, Quantity, Rejection};
 use stillpoint_shared::{AxisLimits, Basis, Interval, LIMIT_TOLERANCE, Limits, Trajectory};
 
 use crate::between::{self, Excess};
-use crate::nodes::channel;
+use crate::channels::{BasisAtHand, channel};
 
 pub use stillpoint_shared::config::AcceptConfig;
 
@@ -52,14 +52,9 @@ pub fn check<const AXES: usize>(
     continuous(trajectory)?;
     ends(trajectory, limits, measured_rad, config)?;
     // Last what takes longest.
-    let mut basis: Option<Basis> = None;
+    let mut bases = BasisAtHand::NONE;
     for block in blocks(trajectory) {
-        let points = block.interval.points;
-        if basis.as_ref().map(Basis::points) != Some(points) {
-            // A trajectory's points have a basis: this cannot fail. Its schedule would, too.
-            basis = Basis::new(points).ok();
-        }
-        if let Some(basis) = &basis {
+        if let Some(basis) = bases.of(block.interval.points) {
             block.between::<AXES>(basis, limits.axes())?;
         }
     }
@@ -105,7 +100,8 @@ impl Block<'_> {
     #[cold]
     #[inline(never)]
     fn node(&self, axis: usize, j: usize) -> Place {
-        let basis = Basis::new(self.interval.points).ok();
+        let mut bases = BasisAtHand::NONE;
+        let basis = bases.of(self.interval.points);
         let x = basis.and_then(|basis| basis.nodes().get(j).copied());
         self.place(axis, x.unwrap_or(-1.0))
     }

@@ -1,6 +1,7 @@
 //! Two trajectories: the one that plays and the one that loads.
 
 use stillpoint_shared::assembly::{Arrived, Assembly, Outline};
+use stillpoint_shared::player::Near;
 use stillpoint_shared::{Sample, Schedule, Trajectory, TrajectoryError};
 
 /// Two trajectory buffers and the schedule of the one that plays. All bytes of an empty one are
@@ -10,8 +11,8 @@ use stillpoint_shared::{Sample, Schedule, Trajectory, TrajectoryError};
 pub(crate) struct Buffers {
     second_plays: bool,
     loading: bool,
-    /// The interval that was last evaluated.
-    near: u16,
+    /// Where it was last evaluated.
+    near: Near,
     assembly: Assembly,
     schedule: Schedule,
     trajectories: [Trajectory; 2],
@@ -23,7 +24,7 @@ impl Buffers {
             trajectories: [Trajectory::empty(), Trajectory::empty()],
             second_plays: false,
             loading: false,
-            near: 0,
+            near: Near::START,
             assembly: Assembly::NONE,
             schedule: Schedule::empty(),
         }

@@ -56,6 +56,7 @@ impl LimiterConfig {
 
 /// Torque in N·m available at a speed in rad/s, with the tolerance of acceptance on both
 /// coordinates of the curve.
+#[inline]
 pub fn available_torque_nm(limits: &AxisLimits, speed_rad_per_s: f32) -> f32 {
     limits.available_torque_nm(speed_rad_per_s * (1.0 - LIMIT_TOLERANCE)) * (1.0 + LIMIT_TOLERANCE)
 }

@@ -103,6 +103,7 @@ impl<const AXES: usize> Monitor<AXES> {
 }
 
 /// Whether an axis' feedback can be believed, and its drive is in no fault.
+#[inline]
 pub fn alive(config: &MonitorConfig, axis: u8, feedback: &Feedback) -> Result<(), FaultCause> {
     if let DriveStatus::Fault { code } = feedback.status {
         return Err(FaultCause::DriveFault { axis, code });
@@ -112,6 +113,7 @@ pub fn alive(config: &MonitorConfig, axis: u8, feedback: &Feedback) -> Result<()
 
 /// Whether what an axis measured can be believed. The age comes first: what the numbers say that
 /// came too long ago no longer counts.
+#[inline]
 pub(crate) fn fresh(
     config: &MonitorConfig,
     axis: u8,

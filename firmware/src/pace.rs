@@ -27,13 +27,13 @@
 //! 1 − σ³ leaves nothing for the worst case: there, as everywhere, [`ramp`](crate::ramp) keeps
 //! each axis inside its limits tick by tick, with a and ȧ bounded by τ_max/B and u/B.
 
-use stillpoint_shared::basis::MAX_SUPPORT;
 use stillpoint_shared::config::QUICK_STOP_RAMP_S;
 use stillpoint_shared::status::Quantity;
 use stillpoint_shared::time::TIME_TICKS_PER_SECOND;
-use stillpoint_shared::{AxisLimits, Limits, Trajectory, lgr};
+use stillpoint_shared::trajectory::QUANTITIES;
+use stillpoint_shared::{AxisLimits, Limits, Trajectory};
 
-use crate::nodes::{Nodes, channel, value};
+use crate::channels::{BasisAtHand, channel};
 use crate::root::square_root;
 
 /// Bounds on the change of path speed.
@@ -94,95 +94,94 @@ impl<const AXES: usize> Pace<AXES> {
     /// The numbers of an accepted trajectory; `ramp_s` is the shortest time between standstill and
     /// full path speed.
     ///
-    /// Once per move, in f64: about as much work as the acceptance check.
+    /// Once per move: much less work than the acceptance check.
     #[inline(never)] // Gives its stack back before the buffers change places.
     pub fn of(trajectory: &Trajectory, limits: &Limits, ramp_s: f32) -> Self {
         let mut pace = Self::NONE;
-        let mut acceleration = f64::INFINITY;
-        let mut jerk = f64::INFINITY;
+        let mut acceleration = f32::INFINITY;
+        let mut jerk = f32::INFINITY;
         let mut approach_s = 0.0;
         let all = Torques::of::<AXES>(trajectory);
         let axes = pace.axes.iter_mut().zip(&all).zip(limits.axes());
         for ((pace, torques), limits) in axes {
             *pace = torques.pace();
-            let momentum = f64::from(pace.inertia_kg_m2) * torques.speed_rad_per_s;
-            let (torque, rate) = (
-                f64::from(limits.torque_nm),
-                f64::from(limits.torque_rate_nm_per_s),
-            );
+            let momentum = pace.inertia_kg_m2 * torques.speed_rad_per_s;
             if momentum > 0.0 {
-                acceleration = smaller(acceleration, torque / momentum);
-                jerk = smaller(jerk, rate / momentum);
+                acceleration = smaller(acceleration, limits.torque_nm / momentum);
+                jerk = smaller(jerk, limits.torque_rate_nm_per_s / momentum);
             }
             approach_s = larger(approach_s, approach(limits, momentum, torques.largest_nm));
         }
         // From rest to rest in ramp_s with the least peak of the acceleration: a triangle.
-        let within = |ramp_s: f64| RampLimits {
-            acceleration_per_s: smaller(2.0 / ramp_s, acceleration) as f32,
-            jerk_per_s2: smaller(4.0 / (ramp_s * ramp_s), jerk) as f32,
-            approach_per_s: (1.0 / larger(ramp_s / 5.0, approach_s)) as f32,
+        let within = |ramp_s: f32| RampLimits {
+            acceleration_per_s: smaller(2.0 / ramp_s, acceleration),
+            jerk_per_s2: smaller(4.0 / (ramp_s * ramp_s), jerk),
+            approach_per_s: 1.0 / larger(ramp_s / 5.0, approach_s),
         };
-        pace.limits = within(f64::from(ramp_s));
-        pace.stop = within(smaller(f64::from(ramp_s), f64::from(QUICK_STOP_RAMP_S)));
+        pace.limits = within(ramp_s);
+        pace.stop = within(smaller(ramp_s, QUICK_STOP_RAMP_S));
         pace
     }
 }
 
 /// T in s, for |B| up to `momentum` and |A| up to `largest_nm`.
-fn approach(limits: &AxisLimits, momentum: f64, largest_nm: f64) -> f64 {
-    let rate = f64::from(limits.torque_rate_nm_per_s);
-    let by_jerk = f64::from(square_root((momentum / rate) as f32));
+fn approach(limits: &AxisLimits, momentum: f32, largest_nm: f32) -> f32 {
+    let rate = limits.torque_rate_nm_per_s;
+    let by_jerk = square_root(momentum / rate);
     let by_rate = 1.5 * largest_nm / rate;
-    let by_torque = momentum / f64::from(limits.torque_nm);
+    let by_torque = momentum / limits.torque_nm;
     1.1 * larger(by_jerk, larger(by_rate, by_torque))
 }
 
 /// One axis' torques without their static part, and its accelerations.
+#[derive(Clone, Copy)]
 struct Torques {
-    static_nm: f64,
-    static_nm_per_tick: f64,
+    static_nm: f32,
+    static_nm_per_tick: f32,
     /// Σ A v′ and Σ v′², weighted by time.
-    against_acceleration: f64,
-    acceleration_square: f64,
-    largest_nm: f64,
-    speed_rad_per_s: f64,
+    against_acceleration: f32,
+    acceleration_square: f32,
+    largest_nm: f32,
+    speed_rad_per_s: f32,
 }
 
 impl Torques {
-    /// Of every axis: what all have in common, the nodes and the differentiation, is worked out
-    /// once.
+    /// Of every axis, at the LGR points: the end has the static torque and no speed.
     fn of<const AXES: usize>(trajectory: &Trajectory) -> [Self; AXES] {
         let mut torques = core::array::from_fn(|axis| Self::none(trajectory, axis));
-        let axes = trajectory.axes();
-        let mut nodes = Nodes::empty();
-        let mut row = [0.0; MAX_SUPPORT];
+        let mut bases = BasisAtHand::NONE;
         for interval in trajectory.intervals() {
-            nodes.prepare(interval.points);
-            let row = row.get_mut(..=interval.points).unwrap_or_default();
-            let duration_ticks = f64::from(interval.duration_ticks);
-            let per_second = 2.0 * f64::from(TIME_TICKS_PER_SECOND) / duration_ticks;
-            for (i, &node) in nodes.nodes().iter().enumerate() {
-                let ticks = f64::from(interval.start_ticks) + (node + 1.0) / 2.0 * duration_ticks;
-                let differentiates = i < interval.points;
-                if differentiates {
-                    // Lengths agree and i is a row: this cannot fail.
-                    let _ = lgr::differentiation_row(nodes.nodes(), nodes.weights(), i, row);
-                }
-                for (axis, torques) in torques.iter_mut().enumerate() {
-                    let at_node =
-                        |quantity| f64::from(value(interval.coefficients, axes, quantity, axis, i));
-                    let (planned, speed) = (at_node(Quantity::Torque), at_node(Quantity::Velocity));
-                    let torque = torques.take(ticks, planned, speed);
-                    if differentiates {
-                        let speeds = channel(interval.coefficients, axes, Quantity::Velocity, axis);
-                        let terms = row
-                            .iter()
-                            .zip(speeds)
-                            .map(|(entry, speed)| entry * f64::from(speed));
-                        let acceleration = terms.sum::<f64>() * per_second;
-                        torques.against_acceleration += duration_ticks * torque * acceleration;
-                        torques.acceleration_square += duration_ticks * acceleration * acceleration;
+            let Some(basis) = bases.of(interval.points) else {
+                continue;
+            };
+            let rows: &[[[f32; AXES]; QUANTITIES]] =
+                interval.coefficients.as_chunks().0.as_chunks().0;
+            let Some([_, first, _]) = rows.first() else {
+                continue;
+            };
+            let duration_s = interval.duration_ticks as f32 / TIME_TICKS_PER_SECOND as f32;
+            let points = basis.nodes().iter().zip(rows).take(interval.points);
+            for (&x, [_, speeds, planned]) in points {
+                let mut slopes = [0.0; AXES];
+                basis.cardinals(x, |j, _, slope| {
+                    if let Some([_, speeds, _]) = rows.get(j) {
+                        for (sum, (speed, first)) in slopes.iter_mut().zip(speeds.iter().zip(first))
+                        {
+                            *sum += slope * (speed - first);
+                        }
                     }
+                });
+                let ticks =
+                    interval.start_ticks as f32 + 0.5 * (x + 1.0) * interval.duration_ticks as f32;
+                let values = planned.iter().zip(speeds).zip(slopes);
+                for (torques, ((planned, speed), slope)) in torques.iter_mut().zip(values) {
+                    torques.take(
+                        ticks,
+                        *planned,
+                        *speed,
+                        slope * 2.0 / duration_s,
+                        duration_s,
+                    );
                 }
             }
         }
@@ -193,12 +192,11 @@ impl Torques {
     fn none(trajectory: &Trajectory, axis: usize) -> Self {
         let (axes, quantity) = (trajectory.axes(), Quantity::Torque);
         let mut whole = channel(trajectory.coefficients(), axes, quantity, axis);
-        let first = f64::from(whole.next().unwrap_or(0.0));
-        let last = f64::from(whole.next_back().unwrap_or(0.0));
-        let duration = f64::from(trajectory.duration_ticks());
+        let first = whole.next().unwrap_or(0.0);
+        let last = whole.next_back().unwrap_or(0.0);
         Self {
             static_nm: first,
-            static_nm_per_tick: (last - first) / duration,
+            static_nm_per_tick: (last - first) / trajectory.duration_ticks() as f32,
             against_acceleration: 0.0,
             acceleration_square: 0.0,
             largest_nm: 0.0,
@@ -206,29 +204,38 @@ impl Torques {
         }
     }
 
-    /// Keeps the peaks; returns the torque at a node without its static part, in N·m.
-    fn take(&mut self, ticks: f64, planned_nm: f64, speed_rad_per_s: f64) -> f64 {
+    /// Takes a point, with the duration of its interval as its weight.
+    fn take(
+        &mut self,
+        ticks: f32,
+        planned_nm: f32,
+        speed_rad_per_s: f32,
+        acceleration_rad_per_s2: f32,
+        duration_s: f32,
+    ) {
         let torque_nm = planned_nm - self.static_nm - self.static_nm_per_tick * ticks;
         self.largest_nm = larger(self.largest_nm, torque_nm.abs());
         self.speed_rad_per_s = larger(self.speed_rad_per_s, speed_rad_per_s.abs());
-        torque_nm
+        let weighted = duration_s * acceleration_rad_per_s2;
+        self.against_acceleration += weighted * torque_nm;
+        self.acceleration_square += weighted * acceleration_rad_per_s2;
     }
 
     fn pace(&self) -> AxisPace {
-        let inertia = self.against_acceleration / self.acceleration_square;
-        let explains = inertia.is_finite() && inertia > 0.0;
+        let inertia_kg_m2 = self.against_acceleration / self.acceleration_square;
+        let explains = inertia_kg_m2.is_finite() && inertia_kg_m2 > 0.0;
         AxisPace {
-            inertia_kg_m2: if explains { inertia as f32 } else { 0.0 },
-            static_nm: self.static_nm as f32,
-            static_nm_per_tick: self.static_nm_per_tick as f32,
+            inertia_kg_m2: if explains { inertia_kg_m2 } else { 0.0 },
+            static_nm: self.static_nm,
+            static_nm_per_tick: self.static_nm_per_tick,
         }
     }
 }
 
-fn larger(a: f64, b: f64) -> f64 {
+fn larger(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }
 
-fn smaller(a: f64, b: f64) -> f64 {
+fn smaller(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }

@@ -19,6 +19,7 @@ pub fn speed_ratio(speed: u32) -> f32 {
 }
 
 /// Path speed of an override in per cent; 100 is [`FULL_SPEED`] exactly.
+#[inline]
 pub fn speed_of_percent(percent: u8) -> u32 {
     match percent {
         0..=99 => FULL_SPEED / 100 * u32::from(percent),

@@ -63,6 +63,7 @@ pub struct Ramp {
 
 impl Ramp {
     /// An even speed.
+    #[inline]
     pub const fn at(speed: u32) -> Self {
         Self {
             speed,
@@ -71,16 +72,19 @@ impl Ramp {
     }
 
     /// σ, 1 = [`FULL_SPEED`].
+    #[inline]
     pub fn speed(&self) -> u32 {
         self.speed
     }
 
     /// Whether σ is the wanted speed and stays so.
+    #[inline]
     pub fn is_at(&self, wanted: u32) -> bool {
         self.speed == wanted && self.change_per_s == 0.0
     }
 
     /// σ one period later if it goes on changing as it does.
+    #[inline]
     pub fn next_speed(&self, period_s: f32) -> u32 {
         if self.change_per_s == 0.0 {
             self.speed
@@ -90,12 +94,12 @@ impl Ramp {
     }
 
     /// Moves σ by one period towards `wanted`; returns the σ̇ in 1/s it moved with.
-    pub fn step<const AXES: usize>(
+    pub fn step(
         &mut self,
         wanted: u32,
         limits: &RampLimits,
         period_s: f32,
-        loads: &[AxisLoad; AXES],
+        loads: &[AxisLoad],
     ) -> f32 {
         let before = speed_ratio(self.speed);
         let distance = speed_ratio(wanted) - before;
@@ -179,13 +183,7 @@ fn share_left(speed: u32) -> f32 {
 /// The torque after a step h is A (σ + h σ̇)² + B σ̇ + G. Its slope is taken as the secant's from 0
 /// to the wish: exact at both. An axis that no σ̇ up to `largest` brings where it has to stay is
 /// left to the limiter.
-fn within_windows<const AXES: usize>(
-    wish: f32,
-    largest: f32,
-    speed: f32,
-    period_s: f32,
-    loads: &[AxisLoad; AXES],
-) -> f32 {
+fn within_windows(wish: f32, largest: f32, speed: f32, period_s: f32, loads: &[AxisLoad]) -> f32 {
     let (mut least, mut most) = (-largest, largest);
     for load in loads {
         let even_nm = load.planned_nm * speed * speed + load.static_nm;

@@ -6,10 +6,9 @@
 
 use crate::{DriveGroup, DriveStatus, Feedback, Setpoint, TickInputs};
 
-/// Drives that can be told again what they were told last.
+/// What N drives were told last, to tell them again.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StandIn<D, const N: usize> {
-    drives: D,
+pub struct StandIn<const N: usize> {
     /// What they were told; `None` if it was to be safe.
     told: Option<[Setpoint; N]>,
     /// Which of them followed.
@@ -17,65 +16,79 @@ pub struct StandIn<D, const N: usize> {
     stopped: bool,
 }
 
-impl<D: DriveGroup<N>, const N: usize> StandIn<D, N> {
-    /// Drives that were told nothing yet.
-    pub const fn new(drives: D) -> Self {
+impl<const N: usize> Default for StandIn<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const N: usize> StandIn<N> {
+    /// Nothing was told yet.
+    pub const fn new() -> Self {
         Self {
-            drives,
             told: None,
             enabled: [false; N],
             stopped: false,
         }
     }
 
-    /// The drives.
-    pub fn drives(&self) -> &D {
-        &self.drives
-    }
-
-    /// The drives.
-    pub fn drives_mut(&mut self) -> &mut D {
-        &mut self.drives
+    /// The drives for a tick of the executor, which leaves here what they are told.
+    #[inline]
+    pub fn watching<'a, D: ?Sized>(&'a mut self, drives: &'a mut D) -> Watched<'a, D, N> {
+        Watched {
+            stand_in: self,
+            drives,
+        }
     }
 
     /// A tick without the executor, instead of one of its own.
-    pub fn tick(&mut self, inputs: &TickInputs) {
+    pub fn tick<D: DriveGroup<N>>(&mut self, drives: &mut D, inputs: &TickInputs) {
         self.stopped |= inputs.emergency_stop;
         match &self.told {
             // The executor looks at the feedback when it is back, too late for a drive that is
             // lost: it would be brought back first.
             Some(setpoints) if !self.stopped => {
-                let lost = self.drives.exchange(setpoints).is_ok_and(|feedback| {
+                let lost = drives.exchange(setpoints).is_ok_and(|feedback| {
                     let mut axes = self.enabled.iter().zip(&feedback);
                     axes.any(|(&enabled, now)| enabled && now.status != DriveStatus::Enabled)
                 });
                 if lost {
-                    self.safe();
+                    self.told = None;
+                    drives.safe();
                 }
             }
             _ => {
-                self.drives.safe();
-                let _ = self.drives.observe();
+                drives.safe();
+                let _ = drives.observe();
             }
         }
     }
 
     /// Adds to what the executor is told with its first tick afterwards: that the emergency stop
     /// was pressed meanwhile, even if it is not any more.
+    #[inline]
     pub fn hand_back(&mut self, inputs: &mut TickInputs) {
         inputs.emergency_stop |= self.stopped;
         self.stopped = false;
     }
 }
 
-impl<D: DriveGroup<N>, const N: usize> DriveGroup<N> for StandIn<D, N> {
+/// Drives whose stand-in listens.
+#[derive(Debug)]
+pub struct Watched<'a, D: ?Sized, const N: usize> {
+    stand_in: &'a mut StandIn<N>,
+    drives: &'a mut D,
+}
+
+impl<D: DriveGroup<N> + ?Sized, const N: usize> DriveGroup<N> for Watched<'_, D, N> {
     type Error = D::Error;
 
+    #[inline]
     fn exchange(&mut self, setpoints: &[Setpoint; N]) -> Result<[Feedback; N], D::Error> {
-        self.told = Some(*setpoints);
+        self.stand_in.told = Some(*setpoints);
         let answer = self.drives.exchange(setpoints);
         if let Ok(feedback) = &answer {
-            for (enabled, now) in self.enabled.iter_mut().zip(feedback) {
+            for (enabled, now) in self.stand_in.enabled.iter_mut().zip(feedback) {
                 *enabled = now.status == DriveStatus::Enabled;
             }
         }
@@ -87,7 +100,7 @@ impl<D: DriveGroup<N>, const N: usize> DriveGroup<N> for StandIn<D, N> {
     }
 
     fn safe(&mut self) {
-        self.told = None;
+        self.stand_in.told = None;
         self.drives.safe();
     }
 

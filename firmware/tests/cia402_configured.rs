@@ -154,7 +154,7 @@ fn the_monitor_allows_what_is_configured_and_what_the_bus_needs_on_top() {
     // Another configuration does not undo it, and what is shown stays what was asked for.
     let mut config = *executor.config();
     config.monitor.feedback_age_ticks = 1;
-    executor.configure(limits(), config).unwrap();
+    executor.configure(&limits(), &config).unwrap();
     assert_eq!(executor.allowed().feedback_age_ticks, 2 * 16 + 4 - 1);
     assert_eq!(*executor.config(), config);
     executor.allow_for_bus(None);

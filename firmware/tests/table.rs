@@ -46,7 +46,7 @@ fn order(executor: &mut Executor<AXES>, command: Command) -> Result<(), Refusal>
             Ok(())
         }
         Command::Clear => executor.clear(),
-        Command::Configure => executor.configure(limits(), Config::default()),
+        Command::Configure => executor.configure(&limits(), &Config::default()),
         // Carried out by whoever has the flash, who asks first.
         Command::Store | Command::Erase => executor.allows(command),
         other => panic!("no test for {other:?}"),
@@ -261,10 +261,10 @@ fn an_executor_without_limits_takes_its_configuration_and_nothing_else() {
         executor.load(&trajectory(), &start()),
         Err(Refusal::NotConfigured)
     );
-    executor.configure(limits(), Config::default()).unwrap();
+    executor.configure(&limits(), &Config::default()).unwrap();
     executor.load(&trajectory(), &start()).unwrap();
     assert_eq!(executor.state(), State::Ready);
-    executor.configure(limits(), Config::default()).unwrap();
+    executor.configure(&limits(), &Config::default()).unwrap();
     assert_eq!(executor.state(), State::Idle, "accepted under other limits");
     assert!(matches!(executor.arm(), Err(Refusal::WrongState { .. })));
 }

@@ -43,10 +43,10 @@ fn assert_held(file: &MoveFile, broken: &[(Limited, &str)]) {
     let certificate = &everywhere.section.certificate;
     assert!(certificate.is_certified(), "{}", certificate.verdict());
     for &(limited, name) in broken {
-        // It is the limit that shapes the move, not a neighbour that keeps it away: the widest margin is 5e-3.
+        // It is the limit that shapes the move, not a neighbour that keeps it away.
         let excess = reached(&everywhere, limited, name);
         assert!(
-            (-6e-3..=0.0).contains(&excess),
+            (-5e-3..=0.0).contains(&excess),
             "{limited:?} {name}: {excess}"
         );
     }
@@ -189,12 +189,29 @@ fn other_meshes() {
     }
 }
 
-/// The first moves of the long run of `cargo run --example random-moves`.
+/// No singular pose is passed, not even between the points.
+fn assert_stays_on_its_side(file: &MoveFile, plan: &Plan) {
+    let at_start = file.machine.regularities(&file.from);
+    for step in 0..=2000 {
+        let state = plan.solution.state_at_share(f64::from(step) / 2000.0);
+        for ((name, value), (_, start)) in
+            (file.machine.regularities(&state[3..6]).iter()).zip(&at_start)
+        {
+            assert!(
+                value * start > 0.0,
+                "{name}: {start} at the start, then {value}"
+            );
+        }
+    }
+}
+
+/// Of the long run of `cargo run --example random-moves` the first moves and one whose fastest polynomials step over a singular pose.
 #[test]
 fn random_moves_are_planned_without_help() {
     let paper = changed(PAPER_MOVE, &[]);
     let moves = random_moves(&paper, 12345).expect("a 3-RRR");
-    for random in moves.take(6) {
+    let wanted = [1, 2, 3, 4, 10];
+    for (_, random) in (1..=10).zip(moves).filter(|(n, _)| wanted.contains(n)) {
         let plan = planned(&random.file, LimitsAt::Everywhere);
         assert!(plan.section.certificate.is_certified(), "{random:?}");
         let mean = plan.hamiltonian.mean;
@@ -204,5 +221,6 @@ fn random_moves_are_planned_without_help() {
             .as_ref()
             .unwrap_or_else(|error| panic!("{error}: {random:?}"));
         assert_eq!(played.limited_ticks, 0, "{random:?}");
+        assert_stays_on_its_side(&random.file, &plan);
     }
 }

@@ -25,8 +25,23 @@ pub struct Basis {
 }
 
 impl Basis {
+    /// No points.
+    pub const EMPTY: Self = Self {
+        nodes: [0.0; MAX_SUPPORT],
+        weights: [0.0; MAX_SUPPORT],
+        points: 0,
+    };
+
     /// The basis on N = `points` LGR points and the end, 2 ≤ N ≤ [`MAX_POINTS`].
     pub fn new(points: usize) -> Result<Self, LgrError> {
+        let mut basis = Self::EMPTY;
+        basis.prepare(points)?;
+        Ok(basis)
+    }
+
+    /// Makes this [`Basis::new`] where it lies; empty if there is no such basis.
+    pub fn prepare(&mut self, points: usize) -> Result<(), LgrError> {
+        self.points = 0;
         let mut exact = [0.0; MAX_SUPPORT];
         let mut exact_weights = [0.0; MAX_SUPPORT];
         let (Some(exact), Some(exact_weights)) =
@@ -37,22 +52,17 @@ impl Basis {
                 most: MAX_POINTS,
             });
         };
-        let mut basis = Self {
-            nodes: [0.0; MAX_SUPPORT],
-            weights: [0.0; MAX_SUPPORT],
-            points,
-        };
-
         lgr::support_nodes(exact)?;
-        for (rounded, node) in basis.nodes.iter_mut().zip(exact.iter_mut()) {
+        for (rounded, node) in self.nodes.iter_mut().zip(exact.iter_mut()) {
             *rounded = *node as f32;
             *node = f64::from(*rounded);
         }
         lgr::barycentric_weights(exact, exact_weights)?;
-        for (rounded, &weight) in basis.weights.iter_mut().zip(exact_weights.iter()) {
+        for (rounded, &weight) in self.weights.iter_mut().zip(exact_weights.iter()) {
             *rounded = weight as f32;
         }
-        Ok(basis)
+        self.points = points;
+        Ok(())
     }
 
     /// Number N of LGR points.
@@ -68,29 +78,13 @@ impl Basis {
     /// Σ_j L_j(x) row_j for N + 1 `rows` of Q quantities × A axes each, node after node.
     ///
     /// `x` is the local coordinate on [−1, 1]. Rows that are missing count as zero, rows beyond N +
-    /// 1 are not read.
+    /// 1 are not read. `after` is room for the products; to make it anew would cost a tenth of all.
     #[inline]
     pub fn evaluate<const Q: usize, const A: usize>(
         &self,
         x: f32,
         rows: &[[[f32; A]; Q]],
-    ) -> [[f32; A]; Q] {
-        // The same operations in either case; room for fewer products takes less time to clear.
-        const FEW: usize = 12;
-        if self.points < FEW {
-            self.evaluate_with([0.0; FEW], x, rows)
-        } else {
-            self.evaluate_with([0.0; MAX_SUPPORT], x, rows)
-        }
-    }
-
-    /// [`Basis::evaluate`] with room for N + 1 products.
-    #[inline]
-    fn evaluate_with<const Q: usize, const A: usize, const ROOM: usize>(
-        &self,
-        mut after: [f32; ROOM],
-        x: f32,
-        rows: &[[[f32; A]; Q]],
+        after: &mut [f32; MAX_SUPPORT],
     ) -> [[f32; A]; Q] {
         let mut product = 1.0;
         for (after, node) in after.iter_mut().zip(self.nodes()).rev() {
@@ -100,9 +94,9 @@ impl Basis {
         let mut sum = [[0.0; A]; Q];
         let mut before = 1.0;
         for (((node, weight), after), row) in
-            self.nodes().iter().zip(&self.weights).zip(&after).zip(rows)
+            self.nodes().iter().zip(&self.weights).zip(after).zip(rows)
         {
-            let cardinal = before * after * weight;
+            let cardinal = before * *after * weight;
             for (sum, value) in sum.as_flattened_mut().iter_mut().zip(row.as_flattened()) {
                 *sum += cardinal * value;
             }

@@ -1,5 +1,5 @@
 //! The two check sums, four bits at a time: with 16 entries the tables of both take 192 bytes of a
-//! board's flash, where those for whole bytes take 3 kB.
+//! board's flash, where those for whole bytes take 3 kB, and the `crc` crate without tables 0.5 kB more.
 
 /// CRC-32/ISO-HDLC, bit-reversed polynomial.
 const POLYNOMIAL_32: u32 = 0xedb8_8320;

@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use crate::Trajectory;
-use crate::basis::Basis;
+use crate::basis::{Basis, MAX_SUPPORT};
 use crate::time::LocalTime;
 use crate::trajectory::{MAX_BASES, MAX_INTERVALS, QUANTITIES, TrajectoryError};
 
@@ -36,6 +36,22 @@ struct Span {
     local: LocalTime,
     basis: u8,
     first_row: u16,
+}
+
+/// What one evaluation leaves to the next.
+#[derive(Debug, Clone, Copy)]
+pub struct Near {
+    interval: u16,
+    /// Room for the products.
+    products: [f32; MAX_SUPPORT],
+}
+
+impl Near {
+    /// The first interval. All bytes are zero.
+    pub const START: Self = Self {
+        interval: 0,
+        products: [0.0; MAX_SUPPORT],
+    };
 }
 
 /// What evaluating a trajectory takes beside its coefficients: where its intervals lie and the
@@ -87,11 +103,12 @@ impl Schedule {
         if self.bases.is_full() {
             return Err(TrajectoryError::TooManyBases { interval });
         }
-        // A basis is large: it is not handed through a chain of results.
-        match Basis::new(points) {
-            // There is room: this cannot fail.
-            Ok(basis) => _ = self.bases.push(basis),
-            Err(_) => return Err(TrajectoryError::Points { interval, points }),
+        // There is room: this cannot fail.
+        let _ = self.bases.push(Basis::EMPTY);
+        if let Some(basis) = self.bases.last_mut() {
+            basis
+                .prepare(points)
+                .map_err(|_| TrajectoryError::Points { interval, points })?;
         }
         Ok(self.bases.len() as u8 - 1)
     }
@@ -107,28 +124,31 @@ impl Schedule {
         trajectory: &Trajectory,
         ticks: u32,
     ) -> Option<Sample<AXES>> {
-        let mut anywhere = u16::MAX;
+        let mut anywhere = Near::START;
         self.sample_near(trajectory, ticks, &mut anywhere)
     }
 
-    /// [`Schedule::sample`] without the search, for times that mostly advance: `near` is the
-    /// interval of the previous one, to begin with any number, and becomes that of this one.
+    /// [`Schedule::sample`] without the search, for times that mostly advance.
     #[inline]
     pub fn sample_near<const AXES: usize>(
         &self,
         trajectory: &Trajectory,
         ticks: u32,
-        near: &mut u16,
+        near: &mut Near,
     ) -> Option<Sample<AXES>> {
         let rows = rows(trajectory);
         if ticks >= trajectory.duration_ticks() {
             return rows.last().map(|&row| Sample::from_row(row));
         }
-        let span = self.span_at(ticks, near)?;
+        let span = self.span_at(ticks, &mut near.interval)?;
         let x = span.local.coordinate(ticks - span.start_ticks);
         let basis = self.bases.get(usize::from(span.basis))?;
         let rows = rows.get(usize::from(span.first_row)..)?;
-        Some(Sample::from_row(basis.evaluate(x, rows)))
+        Some(Sample::from_row(basis.evaluate(
+            x,
+            rows,
+            &mut near.products,
+        )))
     }
 
     /// The last interval that starts at `ticks` or before.

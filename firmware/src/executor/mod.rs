@@ -149,13 +149,13 @@ impl<const AXES: usize> Executor<AXES> {
     /// An idle executor for a machine with these limits, which must be of AXES axes.
     pub fn new(limits: Limits, config: Config) -> Result<Self, ConfigError> {
         let mut executor = Self::unconfigured();
-        executor.set_up(limits, config)?;
+        executor.set_up(&limits, &config)?;
         Ok(executor)
     }
 
     /// Takes other limits or another configuration, with the drives off. What was loaded was
     /// accepted under the old ones and is forgotten.
-    pub fn configure(&mut self, limits: Limits, config: Config) -> Result<(), Refusal> {
+    pub fn configure(&mut self, limits: &Limits, config: &Config) -> Result<(), Refusal> {
         self.allows(Command::Configure)?;
         self.set_up(limits, config)?;
         self.buffers.clear();
@@ -163,7 +163,7 @@ impl<const AXES: usize> Executor<AXES> {
         Ok(())
     }
 
-    fn set_up(&mut self, limits: Limits, config: Config) -> Result<(), ConfigError> {
+    fn set_up(&mut self, limits: &Limits, config: &Config) -> Result<(), ConfigError> {
         config.check()?;
         let axes = <&[_; AXES]>::try_from(limits.axes()).map_err(|_| ConfigError::Axes {
             limits: limits.axes().len() as u8,
@@ -177,8 +177,8 @@ impl<const AXES: usize> Executor<AXES> {
         self.approach_step_rad = config.approach_speed_rad_per_s * period_s;
         self.record_every_ticks = sample_every(config.period_ticks);
         self.limits_hash = limits.hash();
-        self.limits = Some(limits);
-        self.config = config;
+        self.limits = Some(limits.clone());
+        self.config = *config;
         self.allow();
         Ok(())
     }

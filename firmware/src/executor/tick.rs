@@ -262,18 +262,7 @@ impl<const AXES: usize> Executor<AXES> {
             .zip(self.feedback.get()?)
         {
             if feedback.status == DriveStatus::Enabled {
-                let distance_rad = wanted.position_rad - commanded.position_rad;
-                // Far from zero the step may be less than f32 can tell: one rounding error at least.
-                let mut step_rad = commanded.position_rad.abs() * f32::EPSILON;
-                if self.approach_step_rad > step_rad {
-                    step_rad = self.approach_step_rad;
-                }
-                if distance_rad > step_rad {
-                    wanted.position_rad = commanded.position_rad + step_rad;
-                } else if distance_rad < -step_rad {
-                    wanted.position_rad = commanded.position_rad - step_rad;
-                }
-                wanted.velocity_rad_per_s = 0.0;
+                creep(wanted, commanded, self.approach_step_rad);
             } else {
                 *commanded = at_rest(feedback, commanded);
                 *wanted = *commanded;
@@ -311,6 +300,23 @@ pub(super) fn setpoints<const AXES: usize>(sample: Sample<AXES>) -> [Setpoint; A
         };
     }
     setpoints
+}
+
+/// Brings a set-point within `step_rad` of the one sent before, without speed.
+fn creep(wanted: &mut Setpoint, commanded: &Setpoint, step_rad: f32) {
+    let distance_rad = wanted.position_rad - commanded.position_rad;
+    // Far from zero the step may be less than f32 can tell: one rounding error at least.
+    let mut step_rad = step_rad;
+    let least_rad = commanded.position_rad.abs() * f32::EPSILON;
+    if least_rad > step_rad {
+        step_rad = least_rad;
+    }
+    if distance_rad > step_rad {
+        wanted.position_rad = commanded.position_rad + step_rad;
+    } else if distance_rad < -step_rad {
+        wanted.position_rad = commanded.position_rad - step_rad;
+    }
+    wanted.velocity_rad_per_s = 0.0;
 }
 
 /// A set-point that asks an axis to stay where it is measured, or where it was told to be if the

@@ -7,12 +7,13 @@ use stillpoint_shared::protocol::{
 };
 use stillpoint_shared::{AxisDrive, AxisLimits, BusConfig, DriveConfig, Limits};
 
-use super::machine::{Access, Machine};
+use super::machine::Access;
 use super::session::Outcome;
+use super::work::{Kept, Work};
 use super::{BoardInfo, WINDOW};
 use crate::store::Store;
 use crate::store::flash::Flash;
-use crate::{Command, Config, ConfigError, Refusal};
+use crate::{Config, ConfigError, Refusal};
 
 /// The parts that a request can reach.
 pub(super) struct Reach<'a, M, F> {
@@ -68,24 +69,17 @@ impl<M, F: Flash> Reach<'_, M, F> {
         })
     }
 
-    /// Does something that takes many ticks or writes flash, if the executor's state allows it. The
-    /// drive loop goes on meanwhile, but no other state comes of it: what is refused has changed
-    /// nothing.
-    fn at_rest<const AXES: usize>(
-        &mut self,
-        command: Command,
-        act: impl FnOnce(&mut Machine<AXES>, &mut Store<F>) -> Result<(), Denial>,
-    ) -> Result<(), Denial>
+    /// Does what takes many ticks or writes flash, if the executor's state allows it. The drive loop
+    /// goes on meanwhile, but no other state comes of it: what is refused has changed nothing.
+    #[inline(never)] // Once in the image.
+    fn at_rest<const AXES: usize>(&mut self, work: Work<'_>) -> Result<(), Denial>
     where
         M: Access<AXES>,
     {
         // Before the drive loop is left without the executor, and when it cannot change any more.
-        self.machine.with(|m| m.executor.allows(command))?;
+        self.machine.with(|m| m.executor.allows(work.command()))?;
         let store = &mut *self.store;
-        self.machine.at_rest(|m| {
-            m.executor.allows(command)?;
-            act(m, store)
-        })
+        self.machine.at_rest(|m| work.done(m, store))
     }
 
     /// Obeys an order.
@@ -106,32 +100,11 @@ impl<M, F: Flash> Reach<'_, M, F> {
                 return Ok(Outcome::Upload(begun?));
             }
             Request::UploadCommit { content_hash } => {
-                self.at_rest(Command::CommitLoad, |m, _| {
-                    let measured_rad = m.executor.measured_rad()?;
-                    Ok(m.executor.commit_load(content_hash, &measured_rad)?)
-                })?;
+                self.at_rest(Work::Commit { content_hash })?;
             }
-            Request::Store => {
-                self.at_rest(Command::Store, |m, store| {
-                    Ok(store.put(m.executor.trajectory())?)
-                })?;
-            }
-            Request::Load { content_hash } => {
-                self.at_rest(Command::Load, |m, store| {
-                    let bytes = store.find(content_hash)?;
-                    let measured_rad = m.executor.measured_rad()?;
-                    Ok(m.executor.load_encoded(bytes, &measured_rad)?)
-                })?;
-            }
-            Request::Erase { content_hash } => {
-                self.at_rest(Command::Erase, |_, store| {
-                    let erased = match content_hash {
-                        Some(content_hash) => store.delete(content_hash),
-                        None => store.delete_all(),
-                    };
-                    Ok(erased?)
-                })?;
-            }
+            Request::Store => self.at_rest(Work::Store)?,
+            Request::Load { content_hash } => self.at_rest(Work::Load { content_hash })?,
+            Request::Erase { content_hash } => self.at_rest(Work::Erase { content_hash })?,
             Request::SetLimits(ref axes) => self.set_limits(axes, info)?,
             Request::SetConfig(config) => {
                 let (given_ticks, board_ticks) = (config.period_ticks, info.period_ticks);
@@ -143,11 +116,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
                     return Err(Refusal::from(error).into());
                 }
                 let (limits, _) = self.machine.with(|m| m.configuration())?;
-                self.at_rest(Command::Configure, |m, store| {
-                    m.may_configure(&limits, &config)?;
-                    store.put_config(&config)?;
-                    Ok(m.executor.configure(limits, config)?)
-                })?;
+                self.at_rest(Work::Configure(Kept::Config, &limits, &config))?;
             }
             Request::SetDrives { bus, ref axes } => self.set_drives(bus, axes, info)?,
             // With one lock for all: every one more is code again.
@@ -173,11 +142,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
         } else {
             config
         };
-        self.at_rest(Command::Configure, |m, store| {
-            m.may_configure(&limits, &config)?;
-            store.put_limits(&limits)?;
-            Ok(m.executor.configure(limits, config)?)
-        })
+        self.at_rest(Work::Configure(Kept::Limits, &limits, &config))
     }
 
     #[inline(never)]
@@ -197,10 +162,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
         let drives = DriveConfig::new(bus, axes).map_err(Denial::Drives)?;
         Cycle::new(&drives, info.period_ticks).map_err(Denial::Drives)?;
         let others = self.store.drives().as_ref() != Some(&drives);
-        self.at_rest(
-            Command::Configure,
-            |_, store| Ok(store.put_drives(&drives)?),
-        )?;
+        self.at_rest(Work::PutDrives(&drives))?;
         *self.wants_start |= others;
         Ok(())
     }

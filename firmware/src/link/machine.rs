@@ -207,9 +207,9 @@ impl<const AXES: usize> Machine<AXES> {
     #[inline(never)] // They are large, and no other answer should have them on its stack.
     fn fault_samples(&self, first: u16) -> Result<Response, Denial> {
         let record = self.executor.fault_record();
-        let samples = record.into_iter().flat_map(FaultRecord::samples);
-        let samples = samples.skip(usize::from(first)).take(MAX_FAULT_SAMPLES);
-        let samples = samples.map(|sample| {
+        let kept = record.into_iter().flat_map(FaultRecord::samples);
+        let mut samples = Vec::<FaultSample, MAX_FAULT_SAMPLES>::new();
+        for sample in kept.skip(usize::from(first)).take(MAX_FAULT_SAMPLES) {
             let values = sample
                 .following_error_rad
                 .into_iter()
@@ -223,7 +223,8 @@ impl<const AXES: usize> Machine<AXES> {
                         torque_nm,
                     },
                 );
-            FaultSample {
+            // There is room: as many are taken.
+            let _ = samples.push(FaultSample {
                 tick: sample.tick,
                 path_ticks: sample.path_ticks,
                 state: sample.state,
@@ -231,9 +232,8 @@ impl<const AXES: usize> Machine<AXES> {
                 path_speed: sample.path_speed,
                 age_ticks: sample.age_ticks,
                 axes: gathered(axes),
-            }
-        });
-        let samples: Vec<FaultSample, MAX_FAULT_SAMPLES> = gathered(samples);
+            });
+        }
         if samples.is_empty() {
             let samples = self.fault_head().map_or(0, |head| head.samples);
             return Err(Denial::FaultSample { first, samples });

@@ -17,6 +17,7 @@ mod machine;
 mod outbox;
 mod session;
 mod tap;
+mod work;
 
 use heapless::Deque;
 use stillpoint_shared::protocol::{
@@ -126,7 +127,7 @@ impl Link {
         let stored = store.config();
         let config = stored.filter(|config| config.period_ticks == self.info.period_ticks);
         let config = config.unwrap_or(self.info.config());
-        machine.with(|machine| machine.executor.configure(limits, config))
+        machine.with(|machine| machine.executor.configure(&limits, &config))
     }
 
     /// Takes a byte from the host.

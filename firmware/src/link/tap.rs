@@ -1,14 +1,24 @@
 //! Telemetry's way from the drive loop to the link: every n-th tick, as far as there is room.
 
-use heapless::{Deque, Vec};
+use heapless::Vec;
 use stillpoint_shared::protocol::{Channels, Telemetry, TelemetryConfig};
 
-use super::answers::gathered;
 use crate::path_time::speed_ratio;
-use crate::{Feedback, Setpoint, TickReport};
+use crate::{Feedback, State, TickReport};
 
 /// Samples that wait to be sent.
 const QUEUE: usize = 8;
+
+const EMPTY: Telemetry = Telemetry {
+    tick: 0,
+    dropped: 0,
+    state: State::Idle,
+    path_ticks: 0,
+    path_speed: 0.0,
+    channels: Channels::NONE,
+    values: Vec::new(),
+    limited: Vec::new(),
+};
 
 /// Samples the drive loop. All bytes of a new one are zero.
 #[derive(Debug)]
@@ -16,7 +26,11 @@ pub struct Tap {
     config: TelemetryConfig,
     in_ticks: u16,
     dropped: u32,
-    queue: Deque<Telemetry, QUEUE>,
+    /// A ring whose samples are filled where they lie: to be moved costs the drive loop as much as
+    /// to be made.
+    ring: [Telemetry; QUEUE],
+    oldest: usize,
+    waiting: usize,
 }
 
 impl Default for Tap {
@@ -32,7 +46,9 @@ impl Tap {
             config: TelemetryConfig::OFF,
             in_ticks: 0,
             dropped: 0,
-            queue: Deque::new(),
+            ring: [const { EMPTY }; QUEUE],
+            oldest: 0,
+            waiting: 0,
         }
     }
 
@@ -57,51 +73,66 @@ impl Tap {
         }
     }
 
+    #[inline]
     fn push<const AXES: usize>(&mut self, report: &TickReport<AXES>) {
-        if self.queue.is_full() {
-            self.dropped = self.dropped.saturating_add(1);
-            return;
-        }
-        let channels = self.config.channels;
-        let mut values = Vec::new();
-        let mut channel = |channel, value: fn(&Setpoint, Option<&Feedback>) -> f32| {
-            if channels.contains(channel) {
-                let feedback = report.feedback.as_ref();
-                for (axis, setpoint) in report.setpoints.iter().enumerate() {
-                    let feedback = feedback.and_then(|feedback| feedback.get(axis));
-                    // There is room for all channels of all axes.
-                    let _ = values.push(value(setpoint, feedback));
-                }
+        let place = (self.oldest + self.waiting) % QUEUE;
+        let sample = match self.ring.get_mut(place) {
+            Some(sample) if self.waiting < QUEUE => sample,
+            _ => {
+                self.dropped = self.dropped.saturating_add(1);
+                return;
             }
         };
-        channel(Channels::SETPOINT_POSITION, |s, _| s.position_rad);
-        channel(Channels::SETPOINT_VELOCITY, |s, _| s.velocity_rad_per_s);
-        channel(Channels::SETPOINT_TORQUE, |s, _| s.torque_nm);
-        channel(Channels::MEASURED_POSITION, |_, f| {
-            f.map_or(f32::NAN, |f| f.position_rad)
-        });
-        channel(Channels::MEASURED_VELOCITY, |_, f| {
-            f.map_or(f32::NAN, |f| f.velocity_rad_per_s)
-        });
-        let limited = channels
-            .contains(Channels::LIMITS)
-            .then_some(report.limited);
-        // There is room: this cannot fail.
-        let _ = self.queue.push_back(Telemetry {
-            tick: report.tick,
-            dropped: self.dropped,
-            state: report.state,
-            path_ticks: report.path_ticks,
-            path_speed: speed_ratio(report.path_speed),
-            channels,
-            values,
-            limited: gathered(limited.into_iter().flatten().copied()),
-        });
+        self.waiting += 1;
+        let channels = self.config.channels;
+        sample.tick = report.tick;
+        sample.dropped = self.dropped;
+        sample.state = report.state;
+        sample.path_ticks = report.path_ticks;
+        sample.path_speed = speed_ratio(report.path_speed);
+        sample.channels = channels;
+        sample.values.clear();
+        let mut channel = |channel, values: [f32; AXES]| {
+            if channels.contains(channel) {
+                // There is room for all channels of all axes.
+                let _ = sample.values.extend_from_slice(&values);
+            }
+        };
+        let setpoints = report.setpoints;
+        let measured = |value: fn(&Feedback) -> f32| match report.feedback {
+            Some(feedback) => feedback.each_ref().map(value),
+            None => [f32::NAN; AXES],
+        };
+        channel(
+            Channels::SETPOINT_POSITION,
+            setpoints.each_ref().map(|s| s.position_rad),
+        );
+        channel(
+            Channels::SETPOINT_VELOCITY,
+            setpoints.each_ref().map(|s| s.velocity_rad_per_s),
+        );
+        channel(
+            Channels::SETPOINT_TORQUE,
+            setpoints.each_ref().map(|s| s.torque_nm),
+        );
+        channel(Channels::MEASURED_POSITION, measured(|f| f.position_rad));
+        channel(
+            Channels::MEASURED_VELOCITY,
+            measured(|f| f.velocity_rad_per_s),
+        );
+        sample.limited.clear();
+        if channels.contains(Channels::LIMITS) {
+            // There is room for all axes.
+            let _ = sample.limited.extend_from_slice(report.limited);
+        }
     }
 
     /// The oldest sample that waits.
     pub fn pop(&mut self) -> Option<Telemetry> {
-        self.queue.pop_front()
+        self.waiting = self.waiting.checked_sub(1)?;
+        let sample = self.ring.get(self.oldest)?.clone();
+        self.oldest = (self.oldest + 1) % QUEUE;
+        Some(sample)
     }
 
     /// Samples dropped since telemetry was set.

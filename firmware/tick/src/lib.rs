@@ -8,14 +8,17 @@
 
 use stillpoint_firmware::bench::AXES;
 use stillpoint_firmware::drive::NoAnswer;
+use stillpoint_firmware::stand_in::StandIn;
 use stillpoint_firmware::{DriveGroup, Machine, TickInputs, TickReport};
 
-/// [`Machine::tick`].
+/// [`Machine::tick`], with what the stand-in has to say to it; it hears what the drives are told.
 #[inline(never)]
 pub fn tick<'m>(
     machine: &'m mut Machine<AXES>,
     drives: &mut dyn DriveGroup<AXES, Error = NoAnswer>,
-    inputs: &TickInputs,
+    stand_in: &mut StandIn<AXES>,
+    mut inputs: TickInputs,
 ) -> TickReport<'m, AXES> {
-    machine.tick(drives, inputs)
+    stand_in.hand_back(&mut inputs);
+    machine.tick(&mut stand_in.watching(drives), &inputs)
 }

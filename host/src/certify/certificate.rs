@@ -124,8 +124,13 @@ impl Proof {
     /// limit, computed in f32.
     #[must_use]
     pub fn is_left_alone(&self) -> bool {
+        self.relative_as_played() <= 0.0
+    }
+
+    /// Excess of what the executor makes of it over what its limiter leaves alone, relative to that; negative inside.
+    fn relative_as_played(&self) -> f64 {
         let most = self.limit * (1.0 + f64::from(LIMIT_TOLERANCE)) * (1.0 - 1e-6);
-        self.played.is_none_or(|played| played <= most)
+        self.played.map_or(-1.0, |played| played / most - 1.0)
     }
 }
 
@@ -153,6 +158,18 @@ impl Certificate {
     #[must_use]
     pub fn limiter_never_acts(&self) -> bool {
         self.proofs.iter().all(Proof::is_left_alone)
+    }
+
+    /// By how much more of themselves the limits would have to be drawn in for all to be proved, and for the limiter to leave all
+    /// alone as well; 0 or less where they are.
+    #[must_use]
+    pub fn missing_margins(&self) -> [f64; 2] {
+        let largest = |excess: fn(&Proof) -> f64| {
+            let excesses = self.proofs.iter().map(excess);
+            excesses.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let proved = largest(Proof::relative);
+        [proved, proved.max(largest(Proof::relative_as_played))]
     }
 
     /// The limit to which the values that the executor sends come nearest, as a share of it.

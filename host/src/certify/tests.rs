@@ -8,7 +8,7 @@ use crate::movefile::{Limits, MoveFile, PAPER_MOVE};
 use crate::simulate::trajectory::board_limits;
 use proptest::prelude::*;
 use stillpoint_firmware::accept::{self, AcceptConfig};
-use stillpoint_shared::basis::{Basis, MAX_POINTS};
+use stillpoint_shared::basis::{Basis, MAX_POINTS, MAX_SUPPORT};
 use stillpoint_shared::status::Rejection;
 use stillpoint_shared::{Player, Trajectory, TrajectoryBuilder, lgr, time};
 
@@ -119,7 +119,7 @@ proptest! {
         let basis = Basis::new(points).unwrap();
         let most = playing::rounding(points, Pieces::new(points).unwrap().channel(&exact_values).absolute);
         for x in at {
-            let [[computed]] = basis.evaluate(x, &rows);
+            let [[computed]] = basis.evaluate(x, &rows, &mut [0.0; MAX_SUPPORT]);
             let error = (f64::from(computed) - exact(&oracle, &exact_values, f64::from(x))).abs();
             prop_assert!(error <= most + 1e-11, "{error} of {most} at {x}, N = {points}");
         }

@@ -45,6 +45,8 @@ pub trait Machine: Clone + Send + Sync + 'static {
     const AXES: usize;
     /// Whether [`Machine::joint_angles`] gives angles within one turn, which jump by 2π; otherwise they count turns.
     const ANGLES_WRAP: bool;
+    /// Names of [`Machine::regularities`].
+    const REGULARITIES: &'static [&'static str];
     /// Key of the parameter that is the payload.
     const PAYLOAD: &'static str;
     /// Key of the parameter that all stiffness is proportional to.
@@ -63,6 +65,9 @@ pub trait Machine: Clone + Send + Sync + 'static {
 
     /// Names, units and meaning of [`Machine::output_values`].
     fn outputs(&self) -> Vec<Output>;
+
+    /// Numbers of which one is zero at every singular pose, without unit: a motion that keeps their signs passes none.
+    fn regularities<S: Scalar>(&self, q: &[S], out: &mut [S]);
 
     /// Names, units and typical magnitudes of the coordinates.
     fn coordinates(&self) -> Vec<Coordinate>;

@@ -123,34 +123,58 @@ impl ThreeRrr {
         [cos * (r * c) - sin * (r * s), sin * (r * c) + cos * (r * s)]
     }
 
-    /// Elastic displacement (δx, δy, δφ) of the platform, eq. 22 to first order: J δ = diag(uᵢ·nᵢ) w.
-    fn elastic_displacement<S: Scalar>(&self, q: &[S]) -> [S; 3] {
+    /// The parts of eq. 22.
+    fn platform_rows<S: Scalar>(&self, q: &[S]) -> PlatformRows<S> {
         let turn = q[2].sin_cos();
         let zero = S::constant(0.0);
-        let mut rows = [[zero; 3]; CHAINS];
-        let mut right = [zero; CHAINS];
+        let mut rows = PlatformRows {
+            levers: [[zero; 3]; CHAINS],
+            bends: [zero; CHAINS],
+            deflections: [zero; CHAINS],
+        };
         for i in 0..CHAINS {
             let r = self.corner(i, turn);
             let chain = Chain::assemble(self, i, [q[0] + r[0], q[1] + r[1]], q[3 + i]);
             let u = chain.passive_link;
-            rows[i] = [u[0], u[1], u[1] * r[0] - u[0] * r[1]];
-            right[i] = (u[0] * chain.normal[0] + u[1] * chain.normal[1]) * chain.deflection;
+            rows.levers[i] = [u[0], u[1], u[1] * r[0] - u[0] * r[1]];
+            rows.bends[i] = u[0] * chain.normal[0] + u[1] * chain.normal[1];
+            rows.deflections[i] = chain.deflection;
         }
-        solve3(&rows, &right)
+        rows
     }
+
+    /// Elastic displacement (δx, δy, δφ) of the platform, eq. 22 to first order: J δ = diag(uᵢ·nᵢ) w.
+    fn elastic_displacement<S: Scalar>(&self, q: &[S]) -> [S; 3] {
+        let rows = self.platform_rows(q);
+        let right = std::array::from_fn(|i| rows.bends[i] * rows.deflections[i]);
+        solve3(&rows.levers, &right)
+    }
+}
+
+/// J, uᵢ·nᵢ and w of eq. 22.
+struct PlatformRows<S> {
+    levers: [[S; 3]; CHAINS],
+    bends: [S; CHAINS],
+    deflections: [S; CHAINS],
+}
+
+fn cross<S: Scalar>(u: [S; 3], v: [S; 3]) -> [S; 3] {
+    [
+        u[1] * v[2] - u[2] * v[1],
+        u[2] * v[0] - u[0] * v[2],
+        u[0] * v[1] - u[1] * v[0],
+    ]
+}
+
+fn determinant<S: Scalar>(a: &[[S; 3]; 3]) -> S {
+    let c0 = cross(a[1], a[2]);
+    a[0][0] * c0[0] + a[0][1] * c0[1] + a[0][2] * c0[2]
 }
 
 /// Cramer's rule: no pivoting, so the same for values and derivatives.
 fn solve3<S: Scalar>(a: &[[S; 3]; 3], b: &[S; 3]) -> [S; 3] {
-    let cross = |u: [S; 3], v: [S; 3]| {
-        [
-            u[1] * v[2] - u[2] * v[1],
-            u[2] * v[0] - u[0] * v[2],
-            u[0] * v[1] - u[1] * v[0],
-        ]
-    };
     let (c0, c1, c2) = (cross(a[1], a[2]), cross(a[2], a[0]), cross(a[0], a[1]));
-    let inverse = (a[0][0] * c0[0] + a[0][1] * c0[1] + a[0][2] * c0[2]).recip();
+    let inverse = determinant(a).recip();
     std::array::from_fn(|k| (b[0] * c0[k] + b[1] * c1[k] + b[2] * c2[k]) * inverse)
 }
 
@@ -158,6 +182,12 @@ impl Machine for ThreeRrr {
     const COORDINATES: usize = 6;
     const AXES: usize = CHAINS;
     const ANGLES_WRAP: bool = true;
+    const REGULARITIES: &'static [&'static str] = &[
+        "distance from poses that the motors do not hold",
+        "bend of chain 1",
+        "bend of chain 2",
+        "bend of chain 3",
+    ];
     const PAYLOAD: &'static str = "platform_mass_kg";
     const STIFFNESS: &'static str = "youngs_modulus_pa";
 
@@ -248,6 +278,15 @@ impl Machine for ThreeRrr {
             link(1, "stress_2_pa", "link 2", Stress, "Pa", stress),
             link(2, "stress_3_pa", "link 3", Stress, "Pa", stress),
         ]
+    }
+
+    /// The determinant of J, levers in those of the platform's corners: zero where the lines of the passive links meet in one
+    /// point or are parallel, and the motors do not hold the platform. Then uᵢ·nᵢ: zero where a chain is stretched or folded.
+    fn regularities<S: Scalar>(&self, q: &[S], out: &mut [S]) {
+        let rows = self.platform_rows(q);
+        let lever = self.platform_side_m / 3.0_f64.sqrt();
+        out[0] = determinant(&rows.levers) * lever.recip();
+        out[1..].copy_from_slice(&rows.bends);
     }
 
     fn coordinates(&self) -> Vec<Coordinate> {

@@ -29,6 +29,7 @@ impl Machine for TwoMassAxis {
     const COORDINATES: usize = 2;
     const AXES: usize = 1;
     const ANGLES_WRAP: bool = false;
+    const REGULARITIES: &'static [&'static str] = &[];
     const PAYLOAD: &'static str = "load_inertia_kg_m2";
     const STIFFNESS: &'static str = "stiffness_nm_per_rad";
 
@@ -61,6 +62,8 @@ impl Machine for TwoMassAxis {
             },
         }]
     }
+
+    fn regularities<S: Scalar>(&self, _: &[S], _: &mut [S]) {}
 
     fn coordinates(&self) -> Vec<Coordinate> {
         let locked = (self.stiffness_nm_per_rad / self.load_inertia_kg_m2).sqrt();

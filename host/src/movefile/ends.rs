@@ -20,6 +20,19 @@ pub(super) fn read_ends(
     if from.iter().zip(&to).all(|(a, b)| (a - b).abs() < SAME_POSE) {
         return Err(Fault::new(section.bytes("to"), Problem::NoMove));
     }
+    let pairs = machine.regularities(&from).into_iter();
+    for ((what, before), (_, after)) in pairs.zip(machine.regularities(&to)) {
+        if before * after <= 0.0 {
+            return Err(Fault::new(
+                section.bytes("to"),
+                Problem::SingularBetween {
+                    what,
+                    before,
+                    after,
+                },
+            ));
+        }
+    }
     Ok((from, to))
 }
 

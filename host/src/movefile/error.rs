@@ -113,6 +113,19 @@ pub enum Problem {
         /// `"from"` or `"to"`.
         end: &'static str,
     },
+    /// The ends are on different sides of the singular poses.
+    #[error(
+        "a singular pose lies between `from` and `to`, whichever way the machine moves: {what} is {before:.3} at `from` and {after:.3} at \
+         `to`. Choose a target on the same side, or bring the machine to its side by other means"
+    )]
+    SingularBetween {
+        /// What is zero at singular poses.
+        what: &'static str,
+        /// Its value at `from`.
+        before: f64,
+        /// Its value at `to`.
+        after: f64,
+    },
     /// The machine cannot be brought to rest at an end.
     #[error(
         "a move cannot end still at `{end}`: there the machine {}, and no motor acts on that. Choose another pose, or give it the \

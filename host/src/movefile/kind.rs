@@ -45,6 +45,12 @@ macro_rules! map {
     };
 }
 
+fn names_and_values<M: Machine>(machine: &M, pose: &[f64]) -> Vec<(&'static str, f64)> {
+    let mut values = vec![0.0; M::REGULARITIES.len()];
+    machine.regularities(&machine.rest(pose), &mut values);
+    M::REGULARITIES.iter().copied().zip(values).collect()
+}
+
 impl MachineKind {
     /// The machine in plain numbers.
     #[must_use]
@@ -67,6 +73,12 @@ impl MachineKind {
     /// [`MachineError::Unreachable`].
     pub fn check_pose(&self, pose: &[f64]) -> Result<(), MachineError> {
         any!(self, machine => machine.check_pose(pose))
+    }
+
+    /// Names and values of [`Machine::regularities`] of the undeformed machine at a pose.
+    #[must_use]
+    pub fn regularities(&self, pose: &[f64]) -> Vec<(&'static str, f64)> {
+        any!(self, machine => names_and_values(machine, pose))
     }
 
     /// See [`Machine::assumptions`].

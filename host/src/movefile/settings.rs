@@ -41,6 +41,9 @@ pub struct Solver {
     pub tolerance: f64,
     /// Iterations after which it gives up.
     pub max_iterations: usize,
+    /// Share of its distance from singular poses, at the end that is nearer to one, that a move keeps all along. No key of the
+    /// file: the planner raises it where nothing else helps.
+    pub clearance: f64,
 }
 
 impl Default for Solver {
@@ -49,6 +52,7 @@ impl Default for Solver {
             limits: LimitsAt::default(),
             tolerance: 1e-6,
             max_iterations: 2000,
+            clearance: 0.1,
         }
     }
 }
@@ -126,6 +130,7 @@ impl Solver {
             limits: table.limits.unwrap_or(default.limits),
             tolerance,
             max_iterations,
+            clearance: default.clearance,
         })
     }
 }

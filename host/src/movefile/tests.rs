@@ -386,6 +386,15 @@ fn refuses_moves_that_cannot_be() {
         &["singular at `from`"],
     );
     refused(
+        PAPER,
+        "to = { x_m = 0.2175, y_m = 0.10825317547305484, phi_rad = 0.0 }",
+        "to = { x_m = 0.1875, y_m = 0.10825317547305484, phi_rad = 0.9 }",
+        &[
+            "singular pose lies between",
+            "-1.873 at `from` and 0.977 at `to`",
+        ],
+    );
+    refused(
         AXIS,
         "stiffness_nm_per_rad = 200.0",
         "stiffness_nm_per_rad = 1e-12",

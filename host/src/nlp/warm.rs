@@ -36,16 +36,16 @@ impl WarmStart {
         let tolerance = settings.tolerance;
         let start = problem.start().clone();
         let warm = start.warm?;
-        Some(if error(problem, &start.x, &warm) <= 10.0 * tolerance {
-            Self {
-                barrier: 0.1 * tolerance,
-                distance: 1e-3 * tolerance,
-            }
-        } else if settings.least_barrier > 0.0 {
-            // The start is as far from its limits as the answer will be.
+        Some(if settings.least_barrier > 0.0 {
+            // The start is as far from its limits as the answer will be. From any nearer the solve would end there.
             Self {
                 barrier: settings.least_barrier,
                 distance: settings.least_barrier,
+            }
+        } else if error(problem, &start.x, &warm) <= 10.0 * tolerance {
+            Self {
+                barrier: 0.1 * tolerance,
+                distance: 1e-3 * tolerance,
             }
         } else {
             Self {

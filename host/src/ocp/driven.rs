@@ -17,7 +17,7 @@
 //! as in [`Mechanical`](super::Mechanical). α enters linearly and meets only q.
 
 use super::mechanical::PathRow;
-use super::motion::Motion;
+use super::motion::{Motion, outputs};
 use super::problem::{Differentiable, Structure};
 use crate::autodiff::{Dual, Scalar, SecondDual};
 use crate::machine::Machine;
@@ -158,15 +158,14 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         }
     }
 
-    /// Output values, none if no row needs them.
+    /// Values of outputs and regularities, none if no row needs them.
     fn outputs<S: Scalar>(&self, q: &[S]) -> Vec<S> {
         let needed = |row: &PathRow| matches!(row, PathRow::Output(_));
-        let mut outputs = Vec::new();
         if self.rows.iter().any(needed) {
-            outputs.resize(self.outputs, S::constant(0.0));
-            self.machine.output_values(q, &mut outputs);
+            outputs(&self.machine, self.outputs, q)
+        } else {
+            Vec::new()
         }
-        outputs
     }
 
     /// −∂r/∂(q, v) with w held fixed, from an evaluation with the seeds q, then v.

@@ -10,7 +10,7 @@
 //!
 //! so only the machine's equations are differentiated twice, never the solution of the linear system.
 
-use super::motion::Motion;
+use super::motion::{Motion, outputs};
 use super::problem::{Differentiable, Structure};
 use crate::autodiff::{Dual, Scalar, SecondDual};
 use crate::machine::Machine;
@@ -19,7 +19,7 @@ use nalgebra::{Cholesky, Const, SMatrix, SVector};
 /// A row of the path function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PathRow {
-    /// An output of the machine.
+    /// An output of the machine or, counted on from the last of them, a regularity.
     Output(usize),
     /// A joint rate θ̇, rad/s.
     JointRate(usize),
@@ -163,10 +163,14 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         }
     }
 
-    fn needs_outputs(&self) -> bool {
-        self.rows
-            .iter()
-            .any(|row| matches!(row, PathRow::Output(_)))
+    /// Values of outputs and regularities, none if no row needs them.
+    fn outputs<S: Scalar>(&self, q: &[S]) -> Vec<S> {
+        let needed = |row: &PathRow| matches!(row, PathRow::Output(_));
+        if self.rows.iter().any(needed) {
+            outputs(&self.machine, self.outputs, q)
+        } else {
+            Vec::new()
+        }
     }
 }
 
@@ -180,10 +184,7 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
     fn values(&self, z: &[f64], out: &mut [f64]) {
         let solved = self.solve(z);
         let rates = solved.jacobian * SVector::<f64, D>::from_column_slice(&z[A + D..A + 2 * D]);
-        let mut outputs = vec![0.0; self.outputs];
-        if self.needs_outputs() {
-            self.machine.output_values(&z[A..A + D], &mut outputs);
-        }
+        let outputs = self.outputs(&z[A..A + D]);
         self.fill(z, &solved.acceleration, &rates, &outputs, out);
     }
 
@@ -195,10 +196,7 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
         let motion = Motion::<_, D, A>::of(&self.machine, &q, &v, &a);
         let rates = motion.rates(&v);
         let (force, joint) = (motion.force, motion.joints);
-        let mut outputs = vec![Dual::<Z>::constant(0.0); self.outputs];
-        if self.needs_outputs() {
-            self.machine.output_values(&q, &mut outputs);
-        }
+        let outputs = self.outputs(&q);
 
         let residual = SMatrix::<f64, D, Z>::from_fn(|r, c| {
             let torque_share: f64 = (0..A).map(|i| joint[i][r].gradient[c] * z[i]).sum();
@@ -268,24 +266,16 @@ impl<M: Machine, const D: usize, const A: usize, const Z: usize, const H: usize>
             }
         }
         let path = &weights[A + 2 * D..];
+        let outputs = self.outputs(&q);
         for (row, &weight) in self.rows.iter().zip(path) {
             match *row {
-                PathRow::Output(_) => {}
+                PathRow::Output(index) => total += outputs[index] * weight,
                 PathRow::JointRate(axis) => total += rates[axis] * weight,
                 PathRow::TorqueSpeed {
                     axis,
                     slope_nm_s_per_rad,
                 } => {
                     total += rates[axis] * (weight * slope_nm_s_per_rad);
-                }
-            }
-        }
-        if self.needs_outputs() {
-            let mut outputs = vec![SecondDual::<Z, H>::constant(0.0); self.outputs];
-            self.machine.output_values(&q, &mut outputs);
-            for (row, &weight) in self.rows.iter().zip(path) {
-                if let PathRow::Output(index) = *row {
-                    total += outputs[index] * weight;
                 }
             }
         }

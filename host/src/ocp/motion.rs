@@ -41,3 +41,12 @@ impl<S: Scalar, const D: usize, const A: usize> Motion<S, D, A> {
         })
     }
 }
+
+/// The machine's output values, `count` of them, then its regularities.
+pub(super) fn outputs<M: Machine, S: Scalar>(machine: &M, count: usize, q: &[S]) -> Vec<S> {
+    let mut values = vec![S::constant(0.0); count + M::REGULARITIES.len()];
+    let (outputs, regularities) = values.split_at_mut(count);
+    machine.output_values(q, outputs);
+    machine.regularities(q, regularities);
+    values
+}

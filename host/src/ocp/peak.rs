@@ -7,6 +7,9 @@ use super::solution::{Place, Solution};
 /// Places looked at in an interval, per collocation point; extremes are found between them.
 const PLACES_PER_POINT: usize = 6;
 
+/// Parabolas that an extreme is found with.
+const PARABOLAS: usize = 3;
+
 /// A local extreme of a limited quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
@@ -125,14 +128,21 @@ impl<'a> Courses<'a> {
                     .iter()
                     .map(|at| at.excess(limited, bounds))
                     .collect();
-                found.extend(
-                    extremes(&locals, &excesses, above).map(|(local, excess)| Peak {
+                let at = |local| {
+                    let place = Place {
                         interval,
+                        first_point,
                         local,
-                        limited,
-                        excess,
-                    }),
-                );
+                    };
+                    self.at(place).excess(limited, bounds)
+                };
+                let tops = extremes(&locals, &excesses, above, at);
+                found.extend(tops.map(|(local, excess)| Peak {
+                    interval,
+                    local,
+                    limited,
+                    excess,
+                }));
             }
             first_point += rule.points();
         }
@@ -191,11 +201,12 @@ impl At {
     }
 }
 
-/// Place and height of the local maxima beyond `above`, by parabolas through three neighbours.
+/// Place and height of the local maxima beyond `above` of a function of which values are known at some places.
 fn extremes<'a>(
     places: &'a [f64],
     values: &'a [f64],
     above: f64,
+    at: impl Fn(f64) -> f64 + 'a,
 ) -> impl Iterator<Item = (f64, f64)> + 'a {
     let last = values.len() - 1;
     (0..=last).filter_map(move |k| {
@@ -207,22 +218,45 @@ fn extremes<'a>(
         let top = if k == 0 || k == last {
             (places[k], value)
         } else {
-            parabola([k - 1, k, k + 1].map(|i| (places[i], values[i])))
+            top([k - 1, k, k + 1].map(|i| (places[i], values[i])), &at)
         };
         (top.1 > above).then_some(top)
     })
 }
 
-/// Top of the parabola through three points, of which the middle one is the highest.
-fn parabola([(x0, y0), (x1, y1), (x2, y2)]: [(f64, f64); 3]) -> (f64, f64) {
+/// Top of a function around three places, of which the middle one is the highest: again and again where the parabola through the
+/// best three has its own. Far below the margins after two steps; one alone is off by as much as they are wide.
+fn top(mut best: [(f64, f64); 3], at: impl Fn(f64) -> f64) -> (f64, f64) {
+    for _ in 0..PARABOLAS {
+        let [left, middle, right] = best;
+        let x = parabola(best);
+        if x == middle.0 {
+            break;
+        }
+        let new = (x, at(x));
+        let (lower, higher) = if new.1 > middle.1 {
+            (middle, new)
+        } else {
+            (new, middle)
+        };
+        best = if lower.0 < higher.0 {
+            [lower, higher, right]
+        } else {
+            [left, higher, lower]
+        };
+    }
+    best[1]
+}
+
+/// Where the parabola through three points, of which the middle one is the highest, has its top.
+fn parabola([(x0, y0), (x1, y1), (x2, y2)]: [(f64, f64); 3]) -> f64 {
     let (left, right) = ((y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1));
     let curvature = (right - left) / (x2 - x0);
     if curvature >= 0.0 {
-        return (x1, y1);
+        return x1;
     }
     let slope = left + curvature * (x1 - x0);
-    let offset = -slope / (2.0 * curvature);
-    (x1 + offset, y1 + (slope + curvature * offset) * offset)
+    x1 - slope / (2.0 * curvature)
 }
 
 #[cfg(test)]
@@ -269,15 +303,16 @@ mod tests {
     fn tops_of_parabolas_and_ends() {
         // 1 − (x − 0.3)² has its top between the places; a rising line at its end.
         let places = [-1.0, -0.4, 0.1, 0.45, 1.0];
-        let bow: Vec<f64> = places.iter().map(|x| 1.0 - (x - 0.3) * (x - 0.3)).collect();
-        let found: Vec<_> = extremes(&places, &bow, 0.0).collect();
+        let bow_at = |x: f64| 1.0 - (x - 0.3) * (x - 0.3);
+        let bow = places.map(bow_at);
+        let found: Vec<_> = extremes(&places, &bow, 0.0, bow_at).collect();
         assert_eq!(found.len(), 1);
         assert!(
             (found[0].0 - 0.3).abs() < 1e-12 && (found[0].1 - 1.0).abs() < 1e-12,
             "{found:?}"
         );
-        let line: Vec<_> = extremes(&places, &places, 0.0).collect();
+        let line: Vec<_> = extremes(&places, &places, 0.0, |x| x).collect();
         assert_eq!(line, [(1.0, 1.0)]);
-        assert_eq!(extremes(&places, &bow, 1.1).count(), 0);
+        assert_eq!(extremes(&places, &bow, 1.1, bow_at).count(), 0);
     }
 }

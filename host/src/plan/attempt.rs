@@ -21,7 +21,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// What a peak may use up of the margin by which the limits are drawn in.
-const USABLE: f64 = 0.8;
+const USABLE: f64 = 0.5;
 
 /// Share of the tolerance to which the barrier is lowered. Beyond that the solution presses against its limits until its
 /// polynomials swing between the places, for a gain below the tolerance.
@@ -36,6 +36,9 @@ const FAR: f64 = 0.5;
 
 /// Rounds after which the peaks are taken as they are.
 const ROUNDS: usize = 10;
+
+/// Rounds in a row that bring no peak nearer to its limit, after which they are taken as they are too.
+const STUCK: usize = 3;
 
 /// Iterations that a round after the first may take.
 const ITERATIONS_PER_ROUND: usize = 150;
@@ -151,6 +154,7 @@ impl<'a> Attempt<'a> {
         beside: &mut Beside<'_, '_>,
     ) -> Result<Solved, Box<Diagnosis>> {
         let settings = self.settings(self.file.solver.tolerance, ITERATIONS_PER_ROUND);
+        let (mut least, mut stuck) = (f64::INFINITY, 0);
         for round in 0..=ROUNDS {
             let courses = Courses::new(&self.problem, &solved.solution);
             let mut peaks = courses.peaks(-FAR);
@@ -159,6 +163,12 @@ impl<'a> Attempt<'a> {
             let kept = peaks.iter().all(|peak| peak.excess <= USABLE * self.margin);
             // The first answer comes from elsewhere.
             if round > 0 && kept {
+                break;
+            }
+            let worst = peaks.iter().fold(0.0_f64, |m, peak| m.max(peak.excess));
+            stuck = if worst < least { 0 } else { stuck + 1 };
+            least = least.min(worst);
+            if stuck > STUCK {
                 break;
             }
             self.renew(&mut solved.samples, &courses, &peaks);

@@ -12,6 +12,7 @@ mod refinement;
 mod ringing;
 mod robust;
 mod trajectory;
+mod ways;
 
 pub use check::{EndMiss, StateMiss, end_miss};
 pub use diagnosis::{Diagnosis, Saturation, Violation};
@@ -37,6 +38,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 use stillpoint_shared::Trajectory;
+use ways::{Failure, WAYS};
 
 /// How much longer than the rigid estimate the first guesses are, one after the other until one leads to an answer:
 /// solving from a slow move is quicker and surer than from one that no machine could do.
@@ -48,13 +50,15 @@ const ITERATIONS_PER_GUESS: usize = 150;
 /// Guessed duration, s, when the straight line between the poses gives no estimate.
 const GUESS_WITHOUT_ESTIMATE_S: f64 = 0.25;
 
-/// Shares of the limits by which they are drawn in so that they hold everywhere: the next one if with one what is shipped
-/// cannot be certified, or the executor's limiter might act on it.
-const MARGINS: [f64; 3] = [2e-4, 1e-3, 5e-3];
+/// Share of the limits by which they are drawn in so that they hold everywhere, and the widest one that is tried. Rounding to f32
+/// takes most of it: a speed's is that of two positions over one tick of the drive loop.
+const MARGIN: f64 = 5e-4;
+const WIDEST_MARGIN: f64 = 5e-3;
 
-/// How many times as many intervals are tried where what is planned on the mesh of the file cannot be certified: between few
-/// points polynomials follow a machine near a singular pose too badly.
-const MORE_INTERVALS: usize = 2;
+/// How many times it is widened if what is shipped cannot be certified, or the executor's limiter might act on it; and how much
+/// wider it is made than what was missing.
+const WIDER_MARGINS: usize = 2;
+const WIDENING: f64 = 1.3;
 
 /// Share of its range by which a coordinate may miss its end before the user is warned, and before the plan is refused.
 const DOUBTFUL_MISS: f64 = 0.01;
@@ -241,13 +245,18 @@ pub fn plan(
     std::thread::scope(|scope| {
         let mut beside = Beside::new(scope, solver);
         let mut plan = plan_on_mesh(file, solver, &progress, &mut beside, effort);
-        if let Err(PlanError::NotCertified { effort, .. }) = &plan {
-            let mut finer = file.clone();
-            finer.mesh.intervals *= MORE_INTERVALS;
-            if refinement::fits(&finer) {
-                let mut spent = Effort::clone(effort);
-                spent.restarts += 1;
-                plan = plan_on_mesh(&finer, solver, &progress, &mut beside, spent);
+        for way in &WAYS {
+            let failed = plan.as_ref().err().and_then(PlanError::worth_another_way);
+            let left = |spent: &Effort| spent.iterations < file.solver.max_iterations;
+            let Some((failure, spent)) = failed.filter(|(_, spent)| left(spent)) else {
+                break;
+            };
+            if let Some(other) = way.instead_of(file, failure) {
+                let spent = Effort {
+                    restarts: spent.restarts + 1,
+                    ..spent.clone()
+                };
+                plan = plan_on_mesh(&other, solver, &progress, &mut beside, spent);
             }
         }
         beside.stop();
@@ -264,13 +273,13 @@ fn plan_on_mesh(
     mut effort: Effort,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
-    let attempt = Attempt::new(file, problem(file)?, solver, progress, MARGINS[0]);
+    let attempt = Attempt::new(file, problem(file)?, solver, progress, MARGIN);
     effort.intervals = file.mesh.intervals;
     effort.setup += started.elapsed();
     let mut solved = match &file.robust {
         None => from_first_guesses(file, &attempt, &mut effort, beside)?,
         Some(robust) => {
-            let nominal = Attempt::new(file, move_problem(file), solver, progress, MARGINS[0]);
+            let nominal = Attempt::new(file, move_problem(file), solver, progress, MARGIN);
             let nominal = from_first_guesses(file, &nominal, &mut effort, beside)?;
             from_nominal(file, robust, &attempt, &nominal, &mut effort, beside)?
         }
@@ -279,11 +288,13 @@ fn plan_on_mesh(
         .map(|tolerance| refinement::refine(&attempt, &mut solved, tolerance, &mut effort, beside))
         .transpose()?;
     let mut shipped = Shipped::of(file, &nominal_part(file, &solved.solution))?;
-    for margin in &MARGINS[1..] {
-        if shipped.is_as_wanted(file) {
+    let mut margin = MARGIN;
+    for _ in 0..WIDER_MARGINS {
+        let Some(wider) = shipped.wider_margin(file, margin) else {
             break;
-        }
-        let attempt = Attempt::new(file, problem(file)?, solver, progress, *margin);
+        };
+        margin = wider;
+        let attempt = Attempt::new(file, problem(file)?, solver, progress, margin);
         solved = match attempt.rounds(solved.clone(), &mut effort, beside) {
             Ok(again) => again,
             Err(diagnosis) if diagnosis.status == Status::Stopped => {
@@ -359,6 +370,18 @@ fn from_first_guesses(
 }
 
 impl PlanError {
+    /// What went wrong, if another way may lead to a plan, and what was spent.
+    fn worth_another_way(&self) -> Option<(Failure, &Effort)> {
+        match self {
+            Self::Unsolved(diagnosis, effort) => (diagnosis.status != Status::Stopped)
+                .then_some((Failure::Unsolved, effort.as_ref())),
+            Self::NotCertified { effort, .. }
+            | Self::Check { effort, .. }
+            | Self::Missed { effort, .. } => Some((Failure::Untrue, effort)),
+            _ => None,
+        }
+    }
+
     fn unsolved(mut diagnosis: Box<Diagnosis>, effort: &Effort) -> Self {
         diagnosis.iterations = effort.iterations;
         Self::Unsolved(diagnosis, Box::new(effort.clone()))
@@ -385,9 +408,17 @@ impl Shipped {
         })
     }
 
-    fn is_as_wanted(&self, file: &MoveFile) -> bool {
-        file.solver.limits == LimitsAt::Nodes
-            || self.certificate.is_certified() && self.certificate.limiter_never_acts()
+    /// The margin with which what is shipped would be certified, and left alone by the executor's limiter if that is possible;
+    /// `None` where it is already or cannot be.
+    fn wider_margin(&self, file: &MoveFile, margin: f64) -> Option<f64> {
+        if file.solver.limits == LimitsAt::Nodes {
+            return None;
+        }
+        let [proved, left_alone] = self.certificate.missing_margins();
+        let wider = |missing: f64| margin + WIDENING * missing;
+        let possible = |missing: &f64| *missing > 0.0 && wider(*missing) <= WIDEST_MARGIN;
+        let missing = Some(left_alone).filter(possible);
+        missing.or(Some(proved).filter(possible)).map(wider)
     }
 }
 

@@ -6,7 +6,7 @@
 use super::guess::rigid_duration_s;
 use crate::autodiff::Scalar;
 use crate::machine::{Machine, OutputForm};
-use crate::movefile::{Limits, MachineKind, MoveFile};
+use crate::movefile::{MachineKind, MoveFile};
 use crate::ocp::{
     Bounds, Differentiable, Exact, Mechanical, Model, OptimalControlProblem, PathRow, Quantity,
     Sizes,
@@ -18,6 +18,10 @@ const SHORTEST_SHARE: f64 = 0.2;
 
 /// Longest duration the planner considers, s.
 const LONGEST_S: f64 = 1e3;
+
+/// Share of what the straight line between the poses keeps, at this many places, that is not asked for more than.
+const OF_LINE: f64 = 0.9;
+const PLACES: usize = 64;
 
 /// Moves below this share of a typical one are scaled by their own size.
 const TINY: f64 = 0.1;
@@ -59,7 +63,7 @@ fn build<M: Machine>(
     stage: impl FnOnce(Vec<PathRow>) -> Box<dyn Differentiable>,
 ) -> OptimalControlProblem {
     let limits = &file.limits;
-    let (rows, path) = path_rows(machine, limits);
+    let (rows, path) = path_rows(machine, file);
     let joint_rate = |row: &PathRow| matches!(row, PathRow::JointRate(_));
     let rates = (0..rows.len()).filter(|&i| joint_rate(&rows[i])).collect();
     let sizes = Sizes {
@@ -132,15 +136,53 @@ pub(super) fn states<M: Machine>(machine: &M, file: &MoveFile) -> Vec<Quantity> 
     torques.chain(positions).chain(rates).collect()
 }
 
+/// What keeps a motion on the side of singular poses where it begins. Near one, joints or elastic displacements have a pole, and
+/// polynomials step over it between two points: such a move is fast, and none that a machine can make.
+fn regular<M: Machine>(machine: &M, file: &MoveFile) -> Vec<Quantity> {
+    let at = |share: f64| {
+        let ends = file.from.iter().zip(&file.to);
+        let pose: Vec<f64> = ends.map(|(a, b)| a + share * (b - a)).collect();
+        let mut values = vec![0.0; M::REGULARITIES.len()];
+        machine.regularities(&machine.rest(&pose), &mut values);
+        values
+    };
+    let (from, to) = (at(0.0), at(1.0));
+    let line: Vec<Vec<f64>> = (1..PLACES).map(|k| at(k as f64 / PLACES as f64)).collect();
+    let bounds = |i: usize| {
+        let side = from[i].signum();
+        let of_ends = file.solver.clearance * (side * from[i]).min(side * to[i]);
+        // The straight line keeps what it can, if it stays on its side.
+        let of_line = line
+            .iter()
+            .fold(f64::INFINITY, |least, v| least.min(side * v[i]));
+        let least = if of_line > 0.0 {
+            of_ends.min(OF_LINE * of_line)
+        } else {
+            of_ends
+        };
+        if side > 0.0 {
+            Bounds::new(least, f64::INFINITY)
+        } else {
+            Bounds::new(f64::NEG_INFINITY, -least)
+        }
+    };
+    let names = M::REGULARITIES.iter().enumerate();
+    names
+        .map(|(i, name)| Quantity::new(*name, bounds(i)))
+        .collect()
+}
+
 /// Path rows with their bounds.
-pub(super) fn path_rows<M: Machine>(machine: &M, limits: &Limits) -> (Vec<PathRow>, Vec<Quantity>) {
+pub(super) fn path_rows<M: Machine>(machine: &M, file: &MoveFile) -> (Vec<PathRow>, Vec<Quantity>) {
+    let limits = &file.limits;
     let ratio = Machine::reducer_ratio(machine);
+    let outputs = Machine::outputs(machine);
     let (mut rows, mut path) = (Vec::new(), Vec::new());
-    for (index, (output, limit)) in Machine::outputs(machine)
-        .iter()
-        .zip(&limits.outputs)
-        .enumerate()
-    {
+    for (index, quantity) in regular(machine, file).into_iter().enumerate() {
+        rows.push(PathRow::Output(outputs.len() + index));
+        path.push(quantity);
+    }
+    for (index, (output, limit)) in outputs.iter().zip(&limits.outputs).enumerate() {
         if let (OutputForm::General, Some(limit)) = (output.form, limit) {
             rows.push(PathRow::Output(index));
             path.push(Quantity::new(output.key, Bounds::symmetric(*limit)));

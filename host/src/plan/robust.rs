@@ -145,8 +145,8 @@ fn driven(machine: &MachineKind, rows: Vec<PathRow>) -> Box<dyn Differentiable> 
 
 fn nominal_rows(file: &MoveFile) -> Vec<PathRow> {
     match &file.machine {
-        MachineKind::ThreeRrr(machine) => path_rows(machine, &file.limits).0,
-        MachineKind::TwoMassAxis(machine) => path_rows(machine, &file.limits).0,
+        MachineKind::ThreeRrr(machine) => path_rows(machine, file).0,
+        MachineKind::TwoMassAxis(machine) => path_rows(machine, file).0,
     }
 }
 
@@ -168,7 +168,7 @@ fn rows_of<M: Machine>(machine: &M, file: &MoveFile, scenario: &Scenario) -> Row
     let mut states = states(machine, file).split_off(M::AXES);
     let (mut rows, mut path) = (Vec::new(), Vec::new());
     if scenario.limited {
-        let limits = path_rows(machine, &file.limits);
+        let limits = path_rows(machine, file);
         // Its joints move as the nominal plant's do.
         let own = |row: &PathRow| !matches!(row, PathRow::JointRate(_));
         let pairs = limits.0.into_iter().zip(limits.1);

@@ -39,10 +39,6 @@ struct Section {
     bytes: u32,
 }
 
-/// The idle loop; the drive loop at priority 2, which interrupts it; the receivers at priority 3, which interrupt both
-/// and not each other, the deeper one standing for both.
-const LEVELS: [&str; 3] = ["main", "SysTick", "USART3"];
-
 /// An exception's frame with the registers of the floating-point unit, and 4 bytes to align it: ARMv7-M Architecture
 /// Reference Manual, DDI 0403E, B1.5.7.
 const EXCEPTION_BYTES: u32 = 26 * 4 + 4;
@@ -53,6 +49,10 @@ const RAM: std::ops::Range<u32> = 0x2000_0000..0x2002_0000;
 impl Image {
     /// Bytes of RAM that the boards have.
     pub const RAM_BYTES: u32 = RAM.end - RAM.start;
+
+    /// The idle loop; the drive loop at priority 2, which interrupts it; the receivers at priority 3, which interrupt
+    /// both and not each other, the deeper one standing for both.
+    pub const LEVELS: [&str; 3] = ["main", "SysTick", "USART3"];
 
     /// Where `cargo image-<board>` puts its image.
     pub fn path(board: &str) -> PathBuf {
@@ -142,7 +142,7 @@ impl Image {
     /// interrupts, with what the exceptions put there, and a fault on top of all.
     pub fn stack_bound(&self) -> Result<u32, StackError> {
         let mut bytes = 0;
-        for handler in LEVELS {
+        for handler in Self::LEVELS {
             bytes += self.stack_of(handler)?.bytes + EXCEPTION_BYTES;
         }
         Ok(bytes)

@@ -80,7 +80,7 @@ mod app {
 
     #[local]
     struct Local {
-        drives: StandIn<Drives, AXES>,
+        drives: Drives,
         safety: SafetyIo<StopContact, DriveEnable>,
         watchdog: Feeder,
         receiver: Receiver,
@@ -151,7 +151,7 @@ mod app {
                 machine: Some(machine),
             },
             Local {
-                drives: StandIn::new(drives),
+                drives,
                 safety: SafetyIo::new(contact, enable),
                 watchdog,
                 receiver,
@@ -170,7 +170,7 @@ mod app {
     #[task(
         binds = SysTick, priority = 2, shared = [machine], local = [
             drives, safety, watchdog,
-            wanted: bool = false, busy_ticks: u32 = 0, before: u32 = 0,
+            stand_in: StandIn<AXES> = StandIn::new(), wanted: bool = false, busy_ticks: u32 = 0, before: u32 = 0,
         ]
     )]
     fn tick(cx: tick::Context) {
@@ -178,13 +178,14 @@ mod app {
             drives,
             safety,
             watchdog,
+            stand_in,
             wanted,
             busy_ticks,
             before,
             ..
         } = cx.local;
         let now = DWT::cycle_count();
-        let mut inputs = TickInputs {
+        let inputs = TickInputs {
             emergency_stop: !safety.update(*wanted),
             busy_ticks: *busy_ticks,
             missed_ticks: timer::missed_ticks(now.wrapping_sub(*before)),
@@ -193,11 +194,10 @@ mod app {
         let mut machine = cx.shared.machine;
         machine.lock(|place| match place {
             Some(machine) => {
-                drives.hand_back(&mut inputs);
-                let state = stillpoint_tick::tick(machine, drives, &inputs).state;
+                let state = stillpoint_tick::tick(machine, drives, stand_in, inputs).state;
                 *wanted = state.is_energised() && !machine.executor.is_dry_run();
             }
-            None => drives.tick(&inputs),
+            None => stand_in.tick(drives, &inputs),
         });
         watchdog.feed();
         *busy_ticks = timer::time_ticks(timer::since_due_counts());

@@ -36,7 +36,7 @@ mod app {
     use super::board::bench_port::{self, BenchReceiver, BenchTransmitter};
     use super::board::ram_flash::{self, Sectors};
     use super::board::serve::{AXES, Diary, Place, RECEIVED, Reach, Server};
-    use super::board::stopwatch::{Stopwatch, Watched};
+    use super::board::stopwatch::{self, Stopwatch, Watched};
     use super::board::uart::{self, Receiver};
     use super::board::{build_id, retained, stack, timer};
 
@@ -48,7 +48,7 @@ mod app {
 
     #[local]
     struct Local {
-        drives: StandIn<Watched<BenchDrives<AXES>>, AXES>,
+        drives: Watched<BenchDrives<AXES>>,
         actions: Consumer<'static, Action>,
         act: Producer<'static, Action>,
         bench_receiver: BenchReceiver,
@@ -103,7 +103,7 @@ mod app {
                 bench,
             },
             Local {
-                drives: StandIn::new(Watched::new(drives)),
+                drives: Watched::new(drives),
                 actions,
                 act,
                 bench_receiver,
@@ -122,12 +122,16 @@ mod app {
     /// The drive loop.
     #[task(
         binds = SysTick, priority = 2, shared = [machine, bench],
-        local = [drives, actions, stopped: bool = false, busy_ticks: u32 = 0, last: Option<State> = None]
+        local = [
+            drives, actions,
+            stand_in: StandIn<AXES> = StandIn::new(), stopped: bool = false, busy_ticks: u32 = 0, last: Option<State> = None,
+        ]
     )]
     fn tick(cx: tick::Context) {
         let tick::LocalResources {
             drives,
             actions,
+            stand_in,
             stopped,
             busy_ticks,
             last,
@@ -142,9 +146,9 @@ mod app {
                 Action::Overrun => overrun = true,
                 _ => {}
             }
-            drives.drives_mut().group.act(action);
+            drives.group.act(action);
         }
-        let mut inputs = TickInputs {
+        let inputs = TickInputs {
             emergency_stop: *stopped,
             busy_ticks: *busy_ticks,
             missed_ticks: 0,
@@ -153,11 +157,10 @@ mod app {
         let mut machine = cx.shared.machine;
         machine.lock(|place| match place {
             Some(machine) => {
-                drives.hand_back(&mut inputs);
-                let report = stillpoint_tick::tick(machine, drives, &inputs);
+                let report = stillpoint_tick::tick(machine, drives, stand_in, inputs);
                 done = Some((report.tick, report.state, report.path_ticks));
             }
-            None => drives.tick(&inputs),
+            None => stand_in.tick(drives, &inputs),
         });
         let whole_counts = stopwatch.counts();
         if overrun {
@@ -167,8 +170,7 @@ mod app {
         }
         *busy_ticks = timer::time_ticks(stopwatch.counts());
 
-        let watched = drives.drives_mut();
-        let sent = watched.group.take_sent();
+        let sent = drives.group.take_sent();
         let Some((tick, state, path_ticks)) = done else {
             return;
         };
@@ -179,8 +181,8 @@ mod app {
                 state,
                 path_ticks,
                 sent: sent.map(rows),
-                to_setpoint_counts: stopwatch.until(watched.reached_counts),
-                whole_counts: whole_counts.saturating_sub(watched.answer_counts.into()) as u16,
+                to_setpoint_counts: stopwatch.until(drives.reached_counts),
+                whole_counts: whole_counts.saturating_sub(drives.answer_counts.into()) as u16,
             });
             let mut bench = cx.shared.bench;
             bench.lock(|bench| bench.send(&record));
@@ -189,10 +191,12 @@ mod app {
 
     #[task(binds = USART3, priority = 3, local = [receiver, bytes])]
     fn receive(cx: receive::Context) {
-        if let (Some(byte), _) = cx.local.receiver.take() {
-            // What does not fit was sent against the protocol; the check sum tells.
-            let _ = cx.local.bytes.enqueue(byte);
-        }
+        stopwatch::away(|| {
+            if let (Some(byte), _) = cx.local.receiver.take() {
+                // What does not fit was sent against the protocol; the check sum tells.
+                let _ = cx.local.bytes.enqueue(byte);
+            }
+        });
     }
 
     /// The bench.

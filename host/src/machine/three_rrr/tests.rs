@@ -1,7 +1,7 @@
 //! The manipulator against the independent oracle, and against the laws of mechanics.
 
 use super::{Elbow, ThreeRrr};
-use crate::machine::{Machine, Plant};
+use crate::machine::{Equations, Machine, Plant};
 use serde_json::Value;
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -120,4 +120,41 @@ fn an_unreachable_pose_names_chain_and_distance() {
         message.contains("chain 1") && message.contains("0.2204"),
         "{message}"
     );
+}
+
+/// Both kinds of singular poses are in ∂θ/∂pose, whose rows are those of J over l uᵢ·nᵢ: its determinant vanishes with that of J and has
+/// a pole where a chain is stretched.
+#[test]
+fn regularities_are_the_factors_of_the_joint_jacobian() {
+    let machine = machine(&oracle()["sets"][0]["parameters"]);
+    let lever = machine.platform_side_m / 3.0_f64.sqrt();
+    for (x, y, phi) in [(0.1875, 0.108, 0.0), (0.21, 0.09, 0.3), (0.15, 0.13, -0.5)] {
+        let q = Plant::rest(&machine, &[x, y, phi]);
+        let mut values = [0.0; 4];
+        machine.regularities(&q, &mut values);
+        let mut equations = Equations::new(&machine);
+        Plant::equations(&machine, &q, &[0.0; 6], &mut equations);
+        let joints = nalgebra::Matrix3::from_fn(|r, c| equations.joint_jacobian[6 * r + c]);
+        let bends: f64 = values[1..]
+            .iter()
+            .map(|bend| bend * machine.link_length_m)
+            .product();
+        let expected = values[0] * lever / bends;
+        assert!(
+            (joints.determinant() / expected - 1.0).abs() < 1e-12,
+            "{values:?}"
+        );
+    }
+    // One arm stretched: its foot is two links away from its corner.
+    let mut values = [0.0; 4];
+    let reach = 2.0 * machine.link_length_m;
+    let corner = machine.corner(0, (0.0_f64, 1.0));
+    let (sin, cos) = 0.6_f64.sin_cos();
+    let pose = [
+        reach * cos * (1.0 - 1e-9) - corner[0],
+        reach * sin * (1.0 - 1e-9) - corner[1],
+        0.0,
+    ];
+    machine.regularities(&Plant::rest(&machine, &pose), &mut values);
+    assert!(values[1].abs() < 1e-3, "{values:?}");
 }
