@@ -235,14 +235,13 @@ mod tests {
         close(use_of(&all[1], "twist_rad"), -0.01 * twist, 0.05);
         // The drives give way a little before they push.
         close(use_of(&all[0], "torque"), 0.01 * 0.03 * most / 20.0, 0.15);
-        // Where the acceleration is largest, the speed is 5/6 of 1 rad over half the duration.
-        let friction = all[3].step_size;
-        let speed_rad_per_s = 5.0 / 3.0 / duration_s;
-        let found = use_of(&all[3], "torque");
-        assert!(found > 0.8 * friction * speed_rad_per_s / 20.0, "{found}");
-        assert!(
-            found < 1.3 * friction * 1.875 / duration_s / 20.0,
-            "{found}"
+        // Where the acceleration is largest, the speed is 5/6 of the mean. The last digit of the position in f32 makes a part of
+        // so small a torque.
+        let speed_rad_per_s = 5.0 / 6.0 / duration_s;
+        close(
+            use_of(&all[3], "torque"),
+            all[3].step_size * speed_rad_per_s / 20.0,
+            0.5,
         );
         assert!(use_of(&all[0], "speed").abs() < 1e-3);
     }
