@@ -151,6 +151,89 @@ fn a_shaped_move_is_planned_verified_and_run() {
     assert!(text(&solver.stderr).contains("--solver"));
 }
 
+/// A plan that is not still enough within what its file holds possible is planned with a warning that names the cure.
+#[test]
+fn a_move_is_swept_and_doubted() {
+    let folder = folder("sweep");
+    let file = changed(
+        &folder,
+        "axis",
+        &[(
+            "[limits]",
+            "[machine.uncertainty]\nload_inertia_kg_m2 = 0.05\nresidual_displacement_rad = 1e-3\n\n[limits]",
+        )],
+    );
+    let output = stillpoint(&folder, &["plan", file, "--json"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let warned = text(&output.stderr);
+    assert!(
+        warned.contains("load_inertia_kg_m2") && warned.contains("[robust]"),
+        "{warned}"
+    );
+    let lost = &object(&output)["stillness_lost"][0];
+    assert_eq!(lost["parameter"], "load_inertia_kg_m2");
+    assert!(
+        lost["residual"].as_f64().is_some_and(|left| left > 1e-3),
+        "{lost}"
+    );
+
+    let sweep = |range: &str, more: &[&str]| {
+        let arguments = ["simulate", "move.spt", "--move", file, "--sweep", range];
+        stillpoint(&folder, &[&arguments[..], more].concat())
+    };
+    let output = sweep("load_inertia_kg_m2=0.95..1.05:3", &["--json"]);
+    let swept = object(&output);
+    assert_eq!(swept["machines"].as_array().map(Vec::len), Some(3));
+    let left = |k: usize| swept["machines"][k]["residual"].as_f64().expect("a number");
+    assert!(
+        left(1) < 0.1 * left(0) && left(1) < 0.1 * left(2),
+        "{swept}"
+    );
+    assert_eq!(swept["sensitivities"].as_array().map(Vec::len), Some(4));
+    let table = text(&sweep("load_inertia_kg_m2=0.95..1.05:3", &[]).stdout);
+    assert!(
+        table.contains("twist_rad, %") && table.contains("joint_friction"),
+        "{table}"
+    );
+    for (range, words) in [
+        ("payload=0.9..1.1:3", "load_inertia_kg_m2"),
+        ("x", "0.8..1.2:9"),
+    ] {
+        let output = sweep(range, &["--json"]);
+        assert!(!output.status.success());
+        let message = object(&output)["message"].as_str().map(str::to_owned);
+        assert!(message.is_some_and(|m| m.contains(words)), "{range}");
+    }
+}
+
+#[test]
+fn planners_are_compared() {
+    let folder = folder("compare");
+    let file = changed(&folder, "axis", &[]);
+    let arguments = [
+        "compare",
+        file,
+        "--json",
+        "--out",
+        "c.html",
+        "--figures",
+        "figures",
+    ];
+    let output = stillpoint(&folder, &arguments);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let comparison = object(&output);
+    let planners = comparison["planners"].as_array().expect("planners");
+    assert!(
+        planners.iter().all(|p| p["status"] == "planned"),
+        "{comparison}"
+    );
+    assert_eq!(planners[0]["name"], "stillpoint, nominal");
+    let page = std::fs::read_to_string(folder.join("c.html")).expect("a page");
+    assert!(page.contains("stillpoint, robust") && page.contains("<svg"));
+    let picture = std::fs::read_to_string(folder.join("figures/comparison.svg"));
+    assert!(picture.is_ok_and(|svg| svg.contains("quintic+zvd")));
+}
+
 #[test]
 fn a_planned_move_is_simulated_reported_shown_and_exported() {
     let folder = folder("all-commands");

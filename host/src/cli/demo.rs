@@ -127,6 +127,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         certificate: Some(&plan.section.certificate),
         rows,
         drawn: &drawn,
+        sensitivities: Vec::new(),
         remarks: Vec::new(),
     };
     create_folder(&arguments.out)?;

@@ -12,6 +12,7 @@ mod plan;
 mod plan_with;
 mod report;
 mod simulate;
+mod simulate_sweep;
 mod terminal;
 mod verify;
 

@@ -6,6 +6,7 @@ use crate::baseline::Baseline;
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{NlpSolver, Pounce};
 use crate::plan::{Effort, Plan, PlanError, plan};
+use crate::study::{Loss, lost_stillness};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use serde_json::{Map, Value, json};
@@ -75,10 +76,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(baseline) = arguments.with {
         return plan_with::run(&file, baseline, &out, arguments.json);
     }
-    let plan = execute(arguments, file, &out)?;
+    let (plan, losses) = execute(arguments, file, &out)?;
     let total = started.elapsed();
     if arguments.json {
-        output::object(&success(&plan, &out, total))
+        output::object(&success(&plan, &losses, &out, total))
     } else {
         output::text(&words(&plan, &out, total))
     }
@@ -103,7 +104,11 @@ fn out(arguments: &Arguments, file: &MoveFile) -> Result<PathBuf, Failure> {
     Ok(out)
 }
 
-fn execute(arguments: &Arguments, mut file: MoveFile, out: &Path) -> Result<Plan, Failure> {
+fn execute(
+    arguments: &Arguments,
+    mut file: MoveFile,
+    out: &Path,
+) -> Result<(Plan, Vec<Loss>), Failure> {
     file.solver.limits = arguments.limits.unwrap_or(file.solver.limits);
     let solver = arguments.solver.get()?;
     let progress = terminal::solver_progress(arguments.json, arguments.log);
@@ -114,7 +119,25 @@ fn execute(arguments: &Arguments, mut file: MoveFile, out: &Path) -> Result<Plan
     if let Some(warning) = plan.warning() {
         eprintln!("warning: {warning}");
     }
-    Ok(plan)
+    let losses = lost_stillness(&file, &plan.trajectory);
+    for loss in &losses {
+        eprintln!("warning: {loss}");
+    }
+    Ok((plan, losses))
+}
+
+/// Machines within the declared uncertainty on which too much is left; `residual` is `null` where the move is stopped.
+pub(super) fn lost(losses: &[Loss]) -> Value {
+    let loss = |loss: &Loss| {
+        json!({
+            "parameter": loss.parameter,
+            "factor": loss.factor,
+            "residual": loss.left.as_ref().ok().map(|(left, _)| left),
+            "allowed": loss.allowed,
+            "message": loss.to_string(),
+        })
+    };
+    losses.iter().map(loss).collect()
 }
 
 fn effort(effort: &Effort, total: Duration) -> Value {
@@ -136,7 +159,7 @@ fn effort(effort: &Effort, total: Duration) -> Value {
     })
 }
 
-fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
+fn success(plan: &Plan, losses: &[Loss], out: &Path, total: Duration) -> Value {
     let mut object = effort(&plan.effort, total);
     let by_state: Map<String, Value> = (plan.end_miss.states.iter())
         .map(|miss| {
@@ -181,6 +204,7 @@ fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
     object["end_miss_relative"] = json!(plan.end_miss.worst().map(|miss| miss.relative()));
     object["end_miss_by_state"] = Value::Object(by_state);
     object["warning"] = json!(plan.warning());
+    object["stillness_lost"] = lost(losses);
     object["certificate"] = verify::object(&plan.section.certificate);
     object["trajectory"] = json!(out.display().to_string());
     object

@@ -1,9 +1,10 @@
 //! `stillpoint plan MOVE.toml --with BASELINE`
 
+use super::plan::lost;
 use super::{Failure, encode_spt, output, verify, write_file};
 use crate::baseline::{Baseline, BaselinePlan, plan_baseline};
 use crate::movefile::MoveFile;
-use crate::study::play;
+use crate::study::{lost_stillness, play};
 use serde_json::json;
 use std::path::Path;
 use std::time::Instant;
@@ -26,6 +27,10 @@ pub(super) fn run(
     if file.robust.is_some() {
         eprintln!("warning: {} takes no notice of [robust]", baseline.name());
     }
+    let losses = lost_stillness(file, &trajectory);
+    for loss in &losses {
+        eprintln!("warning: {loss}");
+    }
     let played = play(baseline.name(), file, &trajectory);
     let duration_s = time::seconds(trajectory.duration_ticks());
     let certificate = &section.certificate;
@@ -45,6 +50,7 @@ pub(super) fn run(
             "binding_limit": {"limit": active.limit, "time_s": active.time_s},
             "intervals": trajectory.intervals().count(),
             "played": played,
+            "stillness_lost": lost(&losses),
             "seconds": {"total": started.elapsed().as_secs_f64()},
             "certificate": verify::object(certificate),
             "trajectory": out.display().to_string(),

@@ -3,6 +3,7 @@
 use super::{Failure, output, read_spt, terminal, write_file};
 use crate::certify::{VerifyError, verify_move};
 use crate::movefile::MoveFile;
+use crate::study::sensitivity::sensitivities;
 use crate::study::{Document, equal_quintic, play};
 use clap::Args;
 use std::path::PathBuf;
@@ -49,6 +50,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             remarks.push(format!("No quintic to compare with: {error}."));
         }
     }
+    let sensitivities = sensitivities(&file, &trajectory).unwrap_or_else(|error| {
+        remarks.push(format!(
+            "What small changes of the machine do is not known: {error}."
+        ));
+        Vec::new()
+    });
     let document = Document {
         file: &file,
         trajectory: &trajectory,
@@ -56,6 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         certificate: certificate.as_ref(),
         rows: drawn.iter().map(|run| run.row(&file)).collect(),
         drawn: &drawn,
+        sensitivities,
         remarks,
     };
     write_file(&arguments.out, document.html().as_bytes())?;

@@ -3,6 +3,7 @@
 //! | table | keys |
 //! |---|---|
 //! | `[machine]` | `kind` and the machine's parameters |
+//! | `[machine.uncertainty]` | shares by which parameters may be off, and `residual_…`, what may be left after the move then; may be left out |
 //! | `[limits]` | torque, torque rate and speed of every axis; the machine's own limits, which may be left out |
 //! | `[move]` | `from` and `to`: poses, with the machine's names |
 //! | `[mesh]` | `intervals`, `points`; `refine` (true or false) and its `tolerance` may be left out |
@@ -23,6 +24,7 @@ mod place;
 mod robust;
 mod section;
 mod settings;
+mod uncertainty;
 
 pub use error::{MoveFileError, Problem};
 pub use kind::MachineKind;
@@ -30,6 +32,7 @@ pub use limits::Limits;
 pub use place::Place;
 pub use robust::{Residual, Robust, Scenario};
 pub use settings::{LimitsAt, Mesh, Solver};
+pub use uncertainty::Uncertainty;
 
 use crate::simulate::DriveSettings;
 use error::Fault;
@@ -53,6 +56,8 @@ pub struct MoveFile {
     pub name: String,
     /// The machine.
     pub machine: MachineKind,
+    /// How well it is known.
+    pub uncertainty: Option<Uncertainty>,
     /// What it must not exceed.
     pub limits: Limits,
     /// Pose at the start, in the order of the machine's pose names.
@@ -130,7 +135,12 @@ impl MoveFile {
             root.table(table)?
                 .ok_or_else(|| Fault::new(end, Problem::MissingTable { table }))
         };
-        let machine = MachineKind::read(table("machine")?)?;
+        let mut machine = table("machine")?;
+        let uncertainty = machine.table("uncertainty")?;
+        machine.split_off(|key| key == "uncertainty");
+        let machine = MachineKind::read(machine)?;
+        let uncertainty = uncertainty.map(|section| Uncertainty::read(&section, &machine));
+        let uncertainty = uncertainty.transpose()?;
         let limits = read_limits(table("limits")?, &machine)?;
         let ends = table("move")?;
         let (from, to) = ends::read_ends(&ends, &machine)?;
@@ -142,6 +152,7 @@ impl MoveFile {
         Ok(Self {
             name,
             machine,
+            uncertainty,
             limits,
             from,
             to,

@@ -138,6 +138,13 @@ impl<'t> Section<'t> {
         })
     }
 
+    /// All keys, in the order of the file.
+    pub(super) fn keys(&self) -> Vec<String> {
+        let mut keys: Vec<_> = self.table.keys().collect();
+        keys.sort_by_key(|key| key.span().start);
+        keys.iter().map(|key| key.get_ref().to_string()).collect()
+    }
+
     /// Every number of the table and of the tables in it, with its key and place.
     pub(super) fn numbers(&self) -> Vec<(String, f64, Range<usize>)> {
         let mut found = Vec::new();

@@ -1,6 +1,6 @@
 //! The moves at hand, and everything that can be wrong with one.
 
-use super::{LimitsAt, MachineKind, MoveFile, MoveFileError, Problem};
+use super::{LimitsAt, MachineKind, MoveFile, MoveFileError, PAPER_MOVE, Problem};
 use crate::machine::OutputKind;
 use proptest::prelude::*;
 
@@ -618,4 +618,39 @@ proptest! {
     fn never_panics_on_any_number(paper in any::<bool>(), line in 0_usize..60, number in any::<f64>()) {
         let _ = MoveFile::parse(&with_number(if paper { PAPER } else { AXIS }, line, number), "m");
     }
+}
+
+#[test]
+fn an_uncertainty_is_a_share_of_a_parameter() {
+    let paper = |table: &str| {
+        let text = format!("{PAPER_MOVE}\n[machine.uncertainty]\n{table}\n");
+        MoveFile::parse(&text, "paper.toml")
+    };
+    let file = paper("platform_mass_kg = 0.1").expect("a move");
+    let known = file.uncertainty.expect("declared");
+    assert_eq!(known.parameters, [("platform_mass_kg".to_owned(), 0.1)]);
+    assert_eq!(known.residual, 50e-6);
+    let file = paper("youngs_modulus_pa = 0.05\nresidual_strain = 20e-6").expect("a move");
+    assert_eq!(file.uncertainty.expect("declared").residual, 20e-6);
+    for (table, words) in [
+        ("platform_mas_kg = 0.1", "did you mean `platform_mass_kg`?"),
+        ("residual_displacement_rad = 0.1", "residual_strain"),
+        ("platform_mass_kg = 0", "between 0 and 1"),
+        ("platform_mass_kg = 1.5", "between 0 and 1"),
+        ("platform_mass_kg = nan", "between 0 and 1"),
+        ("platform_mass_kg = \"much\"", "expected a number"),
+        ("platform_joint_mass_kg = 0.1", "changes nothing"),
+        ("residual_strain = 0.0", "positive"),
+    ] {
+        let message = paper(table).expect_err(table).to_string();
+        assert!(message.contains(words), "{table}: {message}");
+        assert!(message.contains("paper.toml:"), "{message}");
+    }
+    // Without gauges nobody can guess what may be left.
+    let axis = include_str!("../../moves/axis.toml").to_owned();
+    let without = axis + "\n[machine.uncertainty]\nload_inertia_kg_m2 = 0.1\n";
+    let message = MoveFile::parse(&without, "axis.toml")
+        .expect_err("no figure")
+        .to_string();
+    assert!(message.contains("residual_displacement_rad"), "{message}");
 }

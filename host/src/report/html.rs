@@ -251,7 +251,10 @@ impl Table {
             Text(&self.text),
             title = Text(&self.title)
         );
-        let class = |column: usize| if column == 0 { "" } else { " class=\"number\"" };
+        let class = |column: usize| match column {
+            0 => " class=\"mark\"",
+            _ => " class=\"number wraps\"",
+        };
         for (column, heading) in self.headings.iter().enumerate() {
             let _ = write!(
                 out,

@@ -24,7 +24,7 @@ pub use data::{Figure, LimitLine, Moment, Note, Origin, Parameter, Proofs, Repor
 pub use figures::{Record, figures_of, number_like_the_paper};
 pub use parameters::parameters_of;
 pub use summary::{MARKED_BEYOND, SummaryRow, summary_json};
-pub use text_table::text_table;
+pub use text_table::{plain_table, text_table};
 pub use tradeoff::{Contender, Mark, Tradeoff};
 
 #[cfg(test)]

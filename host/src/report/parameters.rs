@@ -80,6 +80,10 @@ fn drive_defaults(file: &MoveFile) -> impl Iterator<Item = Parameter> {
             "elastic_damping_ratio",
             drive.elastic_damping_ratio.to_string(),
         ),
+        (
+            "joint_friction_nm_s_per_rad",
+            drive.joint_friction_nm_s_per_rad.to_string(),
+        ),
     ];
     let missing = values.into_iter().filter(|(key, _)| {
         let mut written = file.entries.iter();
@@ -158,7 +162,7 @@ mod tests {
             (Origin::Stated, "N·m")
         );
         let assumed = all.iter().filter(|p| p.origin != Origin::Stated).count();
-        let of_drives = 7;
+        let of_drives = 8;
         assert_eq!(assumed, file.machine.assumptions().len() + 2 + of_drives);
     }
 

@@ -56,6 +56,33 @@ pub fn text_table(rows: &[SummaryRow], limit: Option<&SummaryRow>) -> String {
     text
 }
 
+/// Rows under headings, numbers to the right; a row of fewer cells than headings ends with words that run over the others.
+#[must_use]
+pub fn plain_table(headings: &[String], rows: &[Vec<String>]) -> String {
+    let whole = |row: &&Vec<String>| row.len() == headings.len();
+    let widths: Vec<usize> = (0..headings.len())
+        .map(|column| {
+            let cells = rows.iter().filter(whole).map(|row| width(&row[column]));
+            cells.fold(width(&headings[column]), usize::max)
+        })
+        .collect();
+    let mut text = String::new();
+    for row in std::iter::once(headings).chain(rows.iter().map(Vec::as_slice)) {
+        for (column, (cell, wide)) in row.iter().zip(&widths).enumerate() {
+            let pad = " ".repeat(wide.saturating_sub(width(cell)));
+            let words = column == 0 || (row.len() < headings.len() && column + 1 == row.len());
+            let gap = if column == 0 { "" } else { "  " };
+            text += &match words {
+                true => format!("{gap}{}{pad}", printable(cell)),
+                false => format!("{gap}{pad}{}", printable(cell)),
+            };
+        }
+        text.truncate(text.trim_end().len());
+        text.push('\n');
+    }
+    text
+}
+
 fn width(text: &str) -> usize {
     text.chars().count()
 }

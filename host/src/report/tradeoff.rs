@@ -112,8 +112,11 @@ impl Tradeoff {
     /// The picture for a page that has the style.
     pub(super) fn inline(&self) -> String {
         let svg = self.svg();
+        let wide = "class=\"plot wide\"";
         match (svg.find("<style>"), svg.find("</style>")) {
-            (Some(from), Some(to)) => svg[..from].to_owned() + &svg[to + "</style>".len()..],
+            (Some(from), Some(to)) => {
+                svg[..from].replacen("class=\"plot\"", wide, 1) + &svg[to + "</style>".len()..]
+            }
             _ => svg,
         }
     }

@@ -100,11 +100,27 @@ impl<'a, const N: usize> SimulatedDrives<'a, N> {
         let turn_s = duration_s / turns;
         for turn in 0..turns as usize {
             self.close_loops(turn as f64 / turns, turn_s, duration_s);
-            let acting_nm = self.acting_nm();
-            self.stepper.advance(&mut self.state, &acting_nm, turn_s)?;
+            let effective_nm = self.after_friction_nm(turn_s);
+            self.stepper
+                .advance(&mut self.state, &effective_nm, turn_s)?;
             self.measure(turn_s);
         }
         Some(())
+    }
+
+    /// What friction leaves of the torques that act. It is held over a turn, as they are; b/(1 + b Δt/I) instead of b lets no
+    /// friction turn a joint back.
+    fn after_friction_nm(&self, turn_s: f64) -> [f64; N] {
+        let mut torques_nm = self.acting_nm();
+        let friction = self.settings.joint_friction_nm_s_per_rad;
+        if friction > 0.0 {
+            let (q, v) = self.state.split_at(self.plant.coordinate_count());
+            let rates = self.plant.joint_rates(q, v);
+            for ((torque, axis), rate) in torques_nm.iter_mut().zip(&self.axes).zip(rates) {
+                *torque -= friction * rate / (1.0 + friction * turn_s / axis.inertia_kg_m2);
+            }
+        }
+        torques_nm
     }
 
     /// Computes the torques at `share` of a tick of `tick_s`.

@@ -24,6 +24,8 @@ pub struct DriveSettings {
     pub payload_factor: f64,
     /// Damping that the elastic members really have, as ratio of critical; the plan has none.
     pub elastic_damping_ratio: f64,
+    /// Viscous friction that every joint really has; the plan has none.
+    pub joint_friction_nm_s_per_rad: f64,
 }
 
 impl Default for DriveSettings {
@@ -37,6 +39,7 @@ impl Default for DriveSettings {
             delay_s: 0.0,
             payload_factor: 1.0,
             elastic_damping_ratio: 0.0,
+            joint_friction_nm_s_per_rad: 0.0,
         }
     }
 }
@@ -112,6 +115,15 @@ impl DriveSettings {
             0.0,
             1.0,
             damping,
+        )?;
+        let friction = "must be zero or a positive number up to 1e6";
+        let most = 1e6;
+        between(
+            "joint_friction_nm_s_per_rad",
+            self.joint_friction_nm_s_per_rad,
+            0.0,
+            most,
+            friction,
         )
     }
 

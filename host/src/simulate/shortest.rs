@@ -129,6 +129,7 @@ impl Task<'_> {
             last = Some(trial.most);
         }
         let most = last.unwrap_or(Usage {
+            group: "nothing",
             limit: String::new(),
             time_s: 0.0,
             ratio: 0.0,

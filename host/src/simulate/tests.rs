@@ -321,6 +321,26 @@ fn what_the_plan_does_not_know_shows() {
     close(twist(&late), twist(&exact), 0.1);
 }
 
+/// Friction that nobody planned for takes torque where the joint moves, and none of the stillness.
+#[test]
+fn friction_costs_torque() {
+    let axis = file("axis");
+    let run = |friction: f64| {
+        let drives = DriveSettings {
+            joint_friction_nm_s_per_rad: friction,
+            ..DriveSettings::default()
+        };
+        let recording = played(&axis, &drives, 1.0, Feedforward::Rigid).expect("plays");
+        Metrics::of(axis.machine.plant(), &recording)
+    };
+    let (free, rubbing) = (run(0.0), run(0.5));
+    // Top speed of the quintic, where its acceleration is none.
+    let most_nm = 0.5 * 1.875;
+    assert!(rubbing.torque_nm > 0.9 * most_nm, "{}", rubbing.torque_nm);
+    assert!(rubbing.torque_nm < free.torque_nm + most_nm);
+    assert!(rubbing.elastic_displacement[0].residual < 1e-3);
+}
+
 #[test]
 fn the_executor_guards_the_simulation() {
     let paper = file("paper");
@@ -377,6 +397,7 @@ fn impossible_drives_name_their_key() {
         "delay_s",
         "payload_factor",
         "elastic_damping_ratio",
+        "joint_friction_nm_s_per_rad",
     ] {
         let message = text(&format!("[drive]\n{key} = -1.0\n"))
             .expect_err(key)

@@ -1,12 +1,13 @@
 //! A study as people read it: table, figures and notes.
 
 use super::run::{Run, limit_row};
+use super::sensitivity::Sensitivity;
 use crate::certify::{Certificate, HEADINGS, PLANT_HEADINGS, PlantProofs};
 use crate::movefile::{LimitsAt, MoveFile, PAPER_MOVE};
 use crate::plan::Plan;
 use crate::report::{
-    Figure, Note, Proofs, Report, SummaryRow, figures_of, number_like_the_paper, parameters_of,
-    text_table,
+    Figure, Note, Proofs, Report, SummaryRow, Table, figures_of, number_like_the_paper,
+    parameters_of, text_table,
 };
 use stillpoint_shared::{Trajectory, time};
 
@@ -38,6 +39,8 @@ pub struct Document<'a> {
     pub drawn: &'a [Run],
     /// All rows of the table.
     pub rows: Vec<SummaryRow>,
+    /// What small changes of the machine do, if it was found out.
+    pub sensitivities: Vec<Sensitivity>,
     /// What a reader has to know besides.
     pub remarks: Vec<String>,
 }
@@ -107,9 +110,27 @@ impl Document<'_> {
             figures: self.figures(),
             notes: self.notes(),
             parameters: parameters_of(self.file),
+            tables: self.sensitivity_table().into_iter().collect(),
             ..Report::default()
         }
         .html()
+    }
+
+    fn sensitivity_table(&self) -> Option<Table> {
+        if self.sensitivities.is_empty() {
+            return None;
+        }
+        let (headings, rows) = Sensitivity::table(self.file, &self.sensitivities);
+        Some(Table {
+            id: "sensitivity".to_owned(),
+            title: "What small changes of the machine do".to_owned(),
+            text: "Which parameter must be known how well: change of what is left after the move, and of the use of each limit in \
+                   points of a per cent, when one parameter is changed and nothing is planned anew. Differences of simulations; of \
+                   what is left the greater one of both ways, as it has a kink at zero."
+                .to_owned(),
+            headings,
+            rows,
+        })
     }
 
     fn notes(&self) -> Vec<Note> {

@@ -6,8 +6,12 @@ mod on_board;
 mod parallel;
 mod random_moves;
 mod run;
+pub mod sensitivity;
+mod stillness;
+pub mod sweep;
 
 pub use document::{Document, paper_row};
 pub use on_board::{BoardError, BoardRun, Step, play_on_board};
 pub use random_moves::{PAYLOADS, RandomMove, random_moves};
 pub use run::{Run, StudyError, equal_quintic, play, shortest_shaped};
+pub use stillness::{Loss, lost_stillness};

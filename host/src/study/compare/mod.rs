@@ -6,9 +6,7 @@ mod planners;
 mod words;
 
 pub use motion::{Drives, Motion, Stopped, SweepFault};
-pub use planners::{
-    Candidate, Family, baselines, robust_beside, with_default_spread, worst_within_spread,
-};
+pub use planners::{Candidate, Family, baselines, robust_beside, robust_for, worst_within_spread};
 
 use super::parallel::in_parallel;
 use crate::machine::OutputKind;

@@ -74,7 +74,7 @@ impl Comparison {
                 title: "What is left".to_owned(),
                 text: format!(
                     "{} in {}: the most over each range of payloads and stiffnesses, played by the board's executor on the \
-                     simulated drives of the move file, and with drives that follow exactly.",
+                     simulated drives of the move file, and with drives that follow the plan exactly.",
                     self.residual.name, self.residual.unit
                 ),
                 headings: [vec![String::new()], self.headings()].concat(),

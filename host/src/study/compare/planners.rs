@@ -66,7 +66,8 @@ pub fn robust_beside(file: &MoveFile) -> Vec<Candidate> {
         (Some(_), _) => planned(file),
         (None, Ok(motion)) => {
             let bound = LEFT_BY_DEFAULT * worst_within_spread(&nominal_file, motion);
-            with_default_spread(&nominal_file, bound).and_then(|file| planned(&file))
+            let ends = [1.0 - SPREAD, 1.0 + SPREAD];
+            robust_for(&nominal_file, &ends, bound).and_then(|file| planned(&file))
         }
         (None, Err(_)) => Err("without a nominal plan there is no bound to plan for".to_owned()),
     };
@@ -89,16 +90,16 @@ pub fn worst_within_spread(file: &MoveFile, motion: &Motion) -> f64 {
     worst(&left, SPREAD)
 }
 
-/// A move file with a robust table: payload ±20 %, limits for the nominal machine, and a bound on the residual strain, or on
-/// the elastic displacement of a machine without gauges.
+/// A move file with a robust table: payloads by their factors, limits for the nominal machine, and a bound on the residual
+/// strain, or on the elastic displacement of a machine without gauges.
 ///
 /// # Errors
 /// A sentence where there is no machine with such a payload.
-pub fn with_default_spread(file: &MoveFile, bound: f64) -> Result<MoveFile, String> {
+pub fn robust_for(file: &MoveFile, payloads: &[f64], bound: f64) -> Result<MoveFile, String> {
     let payload = file.machine.payload();
-    let scenario = |factor: f64| {
-        let change = Change::Factor(factor);
-        Scenario::new(&file.machine, payload, change, false).map_err(|error| error.to_string())
+    let scenario = |&factor: &f64| {
+        let scenario = Scenario::new(&file.machine, payload, Change::Factor(factor), false);
+        scenario.map_err(|error| error.to_string())
     };
     let outputs = file.machine.plant().outputs();
     let of_kind = |kind| outputs.iter().find(move |output| output.kind == kind);
@@ -106,7 +107,7 @@ pub fn with_default_spread(file: &MoveFile, bound: f64) -> Result<MoveFile, Stri
     let watched = watched.ok_or("the machine has no output that shows vibration")?;
     Ok(MoveFile {
         robust: Some(Robust {
-            scenarios: vec![scenario(1.0 - SPREAD)?, scenario(1.0 + SPREAD)?],
+            scenarios: payloads.iter().map(scenario).collect::<Result<_, _>>()?,
             residuals: vec![(Residual::Outputs(watched.kind, watched.unit), bound)],
         }),
         ..file.clone()

@@ -25,16 +25,13 @@ impl Comparison {
     /// Headings of [`Comparison::cells`].
     #[must_use]
     pub fn headings(&self) -> Vec<String> {
-        let of = |column: usize| {
-            let group = GROUPS.iter().rev().find(|(first, _)| *first <= column);
-            let [above, below] = COLUMNS[column];
+        let exact = GROUPS[1].0;
+        let of = |(column, [above, below]): (usize, [&str; 2])| {
             let name = format!("{above} {below}");
-            group.map_or_else(
-                || name.trim().to_owned(),
-                |(_, group)| format!("{}, {group}", name.trim()),
-            )
+            let drives = if column < exact { "" } else { ", exact drives" };
+            format!("{}{drives}", name.trim())
         };
-        (0..COLUMNS.len()).map(of).collect()
+        COLUMNS.into_iter().enumerate().map(of).collect()
     }
 
     /// Duration and residuals of a planner as people read them, or why it has none.
