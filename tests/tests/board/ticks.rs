@@ -11,7 +11,7 @@ use stillpoint_tests::image::Image;
 use super::bench::{Bench, PATIENCE, paper, start_request};
 
 /// Instructions of a tick: of half of the ticks of a move, with a sample of telemetry every fourth tick; of a tick at full speed
-/// with such a sample; and of any under way. Without the drives' own work and the interrupts that take in the bytes of an order,
+/// with such a sample and one of the fault record; and of any under way. Without the drives' own work and the interrupts that take in the bytes of an order,
 /// of some 130 instructions each.
 const TYPICAL: u32 = 1_500;
 const SAMPLED: u32 = 1_800;
