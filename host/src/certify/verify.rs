@@ -41,19 +41,21 @@ pub enum VerifyError {
     Certify(#[from] CertifyError),
     /// What is stored is not what is computed.
     #[error(
-        "the certificate of version {tool} says {stored:.6e} {unit} for {name}, computed anew it is {computed:.6e} {unit}: the move \
-         file describes another machine, or the certificate is wrong; plan the move again"
+        "the certificate of version {tool} says {stored:.6e} {unit} as {what} of {name}, computed anew it is {computed:.6e} {unit}: the \
+         move file describes another machine, or the certificate is wrong; plan the move again"
     )]
     Differs {
         /// Version that made the certificate.
         tool: String,
+        /// Which of its figures.
+        what: &'static str,
         /// Name of the limited quantity.
         name: String,
         /// Its unit.
         unit: String,
-        /// Bound in the certificate.
+        /// Figure in the certificate.
         stored: f64,
-        /// Bound computed.
+        /// Figure computed.
         computed: f64,
     },
     /// A limit does not hold, or cannot be shown to hold.
@@ -116,23 +118,70 @@ pub fn verify(
 }
 
 fn compare(stored: &Certificate, computed: &Certificate) -> Result<(), VerifyError> {
-    let differs = |proof: &Proof, stored_bound: f64| VerifyError::Differs {
+    let differs = |proof: &Proof, (what, stored_figure, computed_figure)| VerifyError::Differs {
         tool: stored.tool.clone(),
+        what,
         name: proof.name.clone(),
         unit: proof.unit.clone(),
-        stored: stored_bound,
-        computed: proof.bound,
+        stored: stored_figure,
+        computed: computed_figure,
     };
     for proof in &computed.proofs {
         let same = |other: &&Proof| (other.limited, other.index) == (proof.limited, proof.index);
         let Some(other) = stored.proofs.iter().find(same) else {
-            return Err(differs(proof, f64::NAN));
+            return Err(differs(proof, ("bound", f64::NAN, proof.bound)));
         };
-        let close = (other.bound - proof.bound).abs() <= DIFFERENCE * proof.limit
-            || other.bound == proof.bound;
-        if !(close && other.limit == proof.limit) {
-            return Err(differs(proof, other.bound));
+        if let Some(figures) = difference(other, proof) {
+            return Err(differs(proof, figures));
         }
     }
     Ok(())
+}
+
+/// The first figure that is another: which, stored and computed.
+fn difference(stored: &Proof, computed: &Proof) -> Option<(&'static str, f64, f64)> {
+    let close = |a: f64, b: f64| a == b || (a - b).abs() <= DIFFERENCE * computed.limit;
+    // Several intervals may be equally tight.
+    let there = computed.intervals.get(usize::from(stored.interval));
+    let bound_there = there.map_or(f64::NAN, |interval| interval.bound);
+    let played = |proof: &Proof| proof.played.unwrap_or(f64::NAN);
+    let figures = [
+        (
+            "limit",
+            stored.limit,
+            computed.limit,
+            stored.limit == computed.limit,
+        ),
+        (
+            "bound",
+            stored.bound,
+            computed.bound,
+            close(stored.bound, computed.bound),
+        ),
+        (
+            "largest value reached",
+            stored.reached,
+            computed.reached,
+            close(stored.reached, computed.reached),
+        ),
+        (
+            "largest value played",
+            played(stored),
+            played(computed),
+            stored.played.is_some() == computed.played.is_some()
+                && stored
+                    .played
+                    .is_none_or(|value| close(value, played(computed))),
+        ),
+        (
+            "bound in the interval named",
+            stored.bound,
+            bound_there,
+            close(bound_there, computed.bound),
+        ),
+    ];
+    let mut wrong = figures.into_iter().filter(|(.., right)| !right);
+    wrong
+        .next()
+        .map(|(what, stored, computed, _)| (what, stored, computed))
 }
