@@ -4,6 +4,7 @@
 #![cfg_attr(feature = "ipopt", deny(unsafe_code))]
 
 pub mod autodiff;
+pub mod baseline;
 pub mod benchmarks;
 pub mod certify;
 pub mod cli;

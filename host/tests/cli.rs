@@ -108,6 +108,49 @@ fn plan_says_in_json_all_that_it_knows() {
     assert_eq!(info["certificate"]["status"], "present");
 }
 
+/// What a user would plan instead is a trajectory like any other.
+#[test]
+fn a_shaped_move_is_planned_verified_and_run() {
+    let folder = folder("plan-with");
+    let file = changed(&folder, "axis", &[]);
+    let with = |name: &str| stillpoint(&folder, &["plan", file, "--with", name, "--json"]);
+    let output = with("s-curve+zvd");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let plan = object(&output);
+    assert_eq!(plan["status"], "solved");
+    assert_eq!(plan["with"], "s-curve+zvd");
+    assert_eq!(plan["binding_limit"]["limit"], "twist_rad");
+    assert_eq!(plan["certificate"]["status"], "certified");
+    assert_eq!(plan["played"]["limited_ticks"], 0);
+    for arguments in [
+        &["verify", "move.spt", "--move", file][..],
+        &[
+            "device", "run", "move.spt", "--move", file, "--port", "sim:",
+        ],
+    ] {
+        let output = stillpoint(&folder, arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+
+    let unknown = object(&with("sextic"));
+    let message = unknown["message"].as_str().expect("a message");
+    assert!(
+        message.contains("sextic") && message.contains("quintic+ei2"),
+        "{message}"
+    );
+    let two = object(&with("quintic+zv2"));
+    let message = two["message"].as_str().expect("a message");
+    assert!(
+        message.contains("2 modes") && message.contains("has 1"),
+        "{message}"
+    );
+    let solver = stillpoint(
+        &folder,
+        &["plan", file, "--with", "quintic", "--solver", "pounce"],
+    );
+    assert!(text(&solver.stderr).contains("--solver"));
+}
+
 #[test]
 fn a_planned_move_is_simulated_reported_shown_and_exported() {
     let folder = folder("all-commands");

@@ -2,8 +2,8 @@
 
 use stillpoint_tests::image::Image;
 
-/// What the controller's image takes now, and may not exceed. The aim is 64 KiB of flash.
-const FLASH_BYTES: u32 = 71_000;
+/// What the controller's image may take.
+const FLASH_BYTES: u32 = 64 * 1024;
 const RAM_BYTES: u32 = 48 * 1024;
 
 fn stack_bytes(image: &Image) -> u32 {

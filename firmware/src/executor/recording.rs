@@ -64,17 +64,12 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    /// Closes the record of a fault between two ticks: at once, lest `clear` come before the next.
+    /// Closes the record, if it is open, with the fault.
     #[inline(never)]
-    pub(super) fn record_fault(&mut self) {
-        if self.state == State::Fault {
-            self.record();
-        }
-    }
-
-    #[inline(never)]
-    fn close_record(&mut self) {
-        if let (Some(record), Some(&fault)) = (self.record.as_deref_mut(), self.fault.get()) {
+    pub(super) fn close_record(&mut self) {
+        if let (true, Some(record), Some(&fault)) =
+            (self.recording, self.record.as_deref_mut(), self.fault.get())
+        {
             record.close(fault);
             self.recording = false;
         }

@@ -1,6 +1,6 @@
 //! `stillpoint demo`: the paper's move, planned, played and compared.
 
-use super::{Failure, create_folder, encode_plan, output, terminal, write_file};
+use super::{Failure, create_folder, encode_spt, output, terminal, write_file};
 use crate::movefile::{MoveFile, PAPER_MOVE};
 use crate::nlp::Pounce;
 use crate::plan::{Plan, plan};
@@ -131,7 +131,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     create_folder(&arguments.out)?;
     let write = |name: &str, bytes: &[u8]| write_file(&arguments.out.join(name), bytes);
-    write("paper.spt", &encode_plan(&plan)?)?;
+    write("paper.spt", &encode_spt(&plan.trajectory, &plan.section)?)?;
     write("summary.json", summary_json(&document.rows).as_bytes())?;
     write("report.html", document.html().as_bytes())?;
     output::text(&format!(

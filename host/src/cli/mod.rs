@@ -2,19 +2,20 @@
 //! for success.
 
 mod bench;
+mod compare;
 mod demo;
 mod device;
 mod export;
 mod info;
 mod output;
 mod plan;
+mod plan_with;
 mod report;
 mod simulate;
 mod terminal;
 mod verify;
 
-use crate::plan::Plan;
-use crate::sptfile::{MAX_FILE_BYTES, SptFile};
+use crate::sptfile::{MAX_FILE_BYTES, Section, SptFile};
 use clap::{Parser, Subcommand};
 use serde_json::json;
 use std::fs::File;
@@ -49,6 +50,8 @@ enum Command {
     Report(report::Arguments),
     /// Prove anew that a trajectory file keeps every limit of its move file everywhere
     Verify(verify::Arguments),
+    /// Compare the plan with what a user would plan instead: duration against what is left over payloads and stiffnesses
+    Compare(compare::Arguments),
     /// Show what a trajectory file contains
     Info(info::Arguments),
     /// Write a trajectory as set-points in CSV
@@ -71,6 +74,7 @@ impl Command {
             Self::Plan(arguments) => arguments.json,
             Self::Simulate(arguments) => arguments.json,
             Self::Verify(arguments) => arguments.json,
+            Self::Compare(arguments) => arguments.json,
             Self::Info(arguments) => arguments.json,
             Self::Bench(arguments) => arguments.json,
             Self::Device(arguments) => arguments.json(),
@@ -84,6 +88,7 @@ impl Command {
             Self::Simulate(arguments) => simulate::run(arguments),
             Self::Report(arguments) => report::run(arguments),
             Self::Verify(arguments) => verify::run(arguments),
+            Self::Compare(arguments) => compare::run(arguments),
             Self::Info(arguments) => info::run(arguments),
             Self::Export(arguments) => export::run(arguments),
             Self::Demo(arguments) => demo::run(arguments),
@@ -188,9 +193,9 @@ fn encode(trajectory: &Trajectory) -> Result<Vec<u8>, TrajectoryError> {
     Ok(buffer)
 }
 
-/// The file of a plan.
-fn encode_plan(plan: &Plan) -> Result<Vec<u8>, TrajectoryError> {
-    let mut bytes = encode(&plan.trajectory)?;
-    bytes.extend(plan.section.encode());
+/// A trajectory file.
+fn encode_spt(trajectory: &Trajectory, section: &Section) -> Result<Vec<u8>, TrajectoryError> {
+    let mut bytes = encode(trajectory)?;
+    bytes.extend(section.encode());
     Ok(bytes)
 }

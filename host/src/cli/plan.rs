@@ -1,10 +1,12 @@
 //! `stillpoint plan MOVE.toml`
 
 use super::bench::meshes;
-use super::{Failure, encode_plan, output, terminal, verify, write_file};
+use super::{Failure, encode_spt, output, plan_with, terminal, verify, write_file};
+use crate::baseline::Baseline;
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{NlpSolver, Pounce};
 use crate::plan::{Effort, Plan, PlanError, plan};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
@@ -25,6 +27,10 @@ pub(super) struct Arguments {
     /// Where the limits are imposed [default: what the move file says, else everywhere]
     #[arg(long, value_enum)]
     limits: Option<LimitsAt>,
+    /// Plan what a user would plan instead: the shortest quintic or S-curve within all limits, alone or with an input shaper
+    /// on the lowest mode of vibration, or (…2) on both lowest modes
+    #[arg(long, value_name = "BASELINE", value_parser = baselines(), conflicts_with_all = ["solver", "limits", "log"])]
+    with: Option<Baseline>,
     /// Print the result as one JSON object on stdout
     #[arg(long)]
     pub(super) json: bool,
@@ -57,9 +63,19 @@ impl Solver {
     }
 }
 
+fn baselines() -> impl TypedValueParser<Value = Baseline> {
+    let names = Baseline::ALL.map(|baseline| baseline.name());
+    PossibleValuesParser::new(names).try_map(|name| Baseline::named(&name).ok_or("unknown"))
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let started = Instant::now();
-    let (plan, out) = execute(arguments)?;
+    let file = MoveFile::read(&arguments.file)?;
+    let out = out(arguments, &file)?;
+    if let Some(baseline) = arguments.with {
+        return plan_with::run(&file, baseline, &out, arguments.json);
+    }
+    let plan = execute(arguments, file, &out)?;
     let total = started.elapsed();
     if arguments.json {
         output::object(&success(&plan, &out, total))
@@ -68,10 +84,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-fn execute(arguments: &Arguments) -> Result<(Plan, PathBuf), Failure> {
-    let mut file = MoveFile::read(&arguments.file)?;
-    file.solver.limits = arguments.limits.unwrap_or(file.solver.limits);
-    let solver = arguments.solver.get()?;
+/// Where to write the trajectory.
+fn out(arguments: &Arguments, file: &MoveFile) -> Result<PathBuf, Failure> {
     let out =
         (arguments.out.clone()).unwrap_or_else(|| PathBuf::from(format!("{}.spt", file.name)));
     if let Some(folder) = out
@@ -86,15 +100,21 @@ fn execute(arguments: &Arguments) -> Result<(Plan, PathBuf), Failure> {
         )
         .into());
     }
+    Ok(out)
+}
+
+fn execute(arguments: &Arguments, mut file: MoveFile, out: &Path) -> Result<Plan, Failure> {
+    file.solver.limits = arguments.limits.unwrap_or(file.solver.limits);
+    let solver = arguments.solver.get()?;
     let progress = terminal::solver_progress(arguments.json, arguments.log);
     let result = plan(&file, solver.as_ref(), progress);
     terminal::end_progress(arguments.json, arguments.log);
     let plan = result?;
-    write_file(&out, &encode_plan(&plan)?)?;
+    write_file(out, &encode_spt(&plan.trajectory, &plan.section)?)?;
     if let Some(warning) = plan.warning() {
         eprintln!("warning: {warning}");
     }
-    Ok((plan, out))
+    Ok(plan)
 }
 
 fn effort(effort: &Effort, total: Duration) -> Value {

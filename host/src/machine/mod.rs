@@ -49,6 +49,8 @@ pub trait Machine: Clone + Send + Sync + 'static {
     const REGULARITIES: &'static [&'static str];
     /// Key of the parameter that is the payload.
     const PAYLOAD: &'static str;
+    /// Key of the parameter that all stiffness is proportional to.
+    const STIFFNESS: &'static str;
 
     /// Left-hand side of the equations of motion, and how the joints move.
     ///

@@ -189,6 +189,7 @@ impl Machine for ThreeRrr {
         "bend of chain 3",
     ];
     const PAYLOAD: &'static str = "platform_mass_kg";
+    const STIFFNESS: &'static str = "youngs_modulus_pa";
 
     fn dynamics<S: Scalar>(&self, q: &[S], v: &[S], a: &[S], out: Dynamics<'_, S>) {
         let Dynamics {

@@ -31,6 +31,7 @@ impl Machine for TwoMassAxis {
     const ANGLES_WRAP: bool = false;
     const REGULARITIES: &'static [&'static str] = &[];
     const PAYLOAD: &'static str = "load_inertia_kg_m2";
+    const STIFFNESS: &'static str = "stiffness_nm_per_rad";
 
     fn dynamics<S: Scalar>(&self, q: &[S], v: &[S], a: &[S], out: Dynamics<'_, S>) {
         let load = (a[0] + a[1]) * self.load_inertia_kg_m2;

@@ -103,6 +103,24 @@ impl MachineKind {
         })
     }
 
+    /// Key of the payload, see [`Machine::PAYLOAD`].
+    #[must_use]
+    pub fn payload(&self) -> &'static str {
+        fn key<M: Machine>(_: &M) -> &'static str {
+            M::PAYLOAD
+        }
+        any!(self, machine => key(machine))
+    }
+
+    /// Key of the stiffness, see [`Machine::STIFFNESS`].
+    #[must_use]
+    pub fn stiffness(&self) -> &'static str {
+        fn key<M: Machine>(_: &M) -> &'static str {
+            M::STIFFNESS
+        }
+        any!(self, machine => key(machine))
+    }
+
     /// See [`Machine::changed`].
     ///
     /// # Errors

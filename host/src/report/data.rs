@@ -17,6 +17,10 @@ pub struct Report {
     pub limit_row: Option<SummaryRow>,
     /// What was proved of the trajectory, if anything was.
     pub proofs: Option<Proofs>,
+    /// A comparison of planners, if one was made.
+    pub tradeoff: Option<super::Tradeoff>,
+    /// More tables, in order.
+    pub tables: Vec<Table>,
     /// Figures, in order.
     pub figures: Vec<Figure>,
     /// How the plan came about and what to know about it.
@@ -36,6 +40,21 @@ pub struct Proofs {
     pub headings: Vec<String>,
     /// A row of cells for each limit, and whether it holds.
     pub rows: Vec<(Vec<String>, bool)>,
+}
+
+/// A table of words and numbers.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Table {
+    /// Short name, for links: letters, digits, `-`.
+    pub id: String,
+    /// Title.
+    pub title: String,
+    /// What to know about it.
+    pub text: String,
+    /// Headings of the columns; the first is of words, the others of numbers.
+    pub headings: Vec<String>,
+    /// Cells; a row of fewer cells than headings ends with one of words that fills it.
+    pub rows: Vec<Vec<String>>,
 }
 
 /// A remark.

@@ -1,6 +1,6 @@
 //! The report as one HTML file: no scripts, nothing loaded from elsewhere.
 
-use super::data::{Figure, Origin, Parameter, Proofs, Report};
+use super::data::{Figure, Origin, Parameter, Proofs, Report, Table};
 use super::escape::Text;
 use super::summary::{BEYOND, columns};
 use super::svg::STYLE;
@@ -56,6 +56,16 @@ impl Report {
         self.comparison(&mut out);
         if let Some(proofs) = &self.proofs {
             proofs.html(&mut out);
+        }
+        if let Some(tradeoff) = &self.tradeoff {
+            let _ = writeln!(
+                out,
+                "<section id=\"planners\">\n{}</section>",
+                tradeoff.inline()
+            );
+        }
+        for table in &self.tables {
+            table.html(&mut out);
         }
         self.figures(&mut out);
         self.notes(&mut out);
@@ -221,6 +231,43 @@ impl Proofs {
                     ""
                 };
                 let _ = write!(out, "<td{}>{}{mark}</td>", class(column), Text(cell));
+            }
+            out.push_str("</tr>\n");
+        }
+        out.push_str("</tbody>\n</table>\n</div>\n</section>\n");
+    }
+}
+
+impl Table {
+    fn html(&self, out: &mut String) {
+        let _ = write!(
+            out,
+            "<section id=\"{}\">\n<h2>{title}</h2>\n<p>{}</p>\n\
+             <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{title}\">\n<table>\n<thead><tr>",
+            Text(&self.id),
+            Text(&self.text),
+            title = Text(&self.title)
+        );
+        let class = |column: usize| if column == 0 { "" } else { " class=\"number\"" };
+        for (column, heading) in self.headings.iter().enumerate() {
+            let _ = write!(
+                out,
+                "<th{} scope=\"col\">{}</th>",
+                class(column),
+                Text(heading)
+            );
+        }
+        out.push_str("</tr></thead>\n<tbody>\n");
+        for cells in &self.rows {
+            let missing = self.headings.len().saturating_sub(cells.len());
+            out.push_str("<tr>");
+            for (column, cell) in cells.iter().enumerate() {
+                let text = Text(cell);
+                if missing > 0 && column + 1 == cells.len() {
+                    let _ = write!(out, "<td colspan=\"{}\">{text}</td>", missing + 1);
+                } else {
+                    let _ = write!(out, "<td{}>{text}</td>", class(column));
+                }
             }
             out.push_str("</tr>\n");
         }

@@ -12,17 +12,20 @@ mod figures;
 mod html;
 mod layout;
 mod parameters;
+mod plot;
 mod simplify;
 mod summary;
 mod svg;
 mod text_table;
 mod ticks;
+mod tradeoff;
 
-pub use data::{Figure, LimitLine, Moment, Note, Origin, Parameter, Proofs, Report, Series};
+pub use data::{Figure, LimitLine, Moment, Note, Origin, Parameter, Proofs, Report, Series, Table};
 pub use figures::{Record, figures_of, number_like_the_paper};
 pub use parameters::parameters_of;
 pub use summary::{MARKED_BEYOND, SummaryRow, summary_json};
 pub use text_table::text_table;
+pub use tradeoff::{Contender, Mark, Tradeoff};
 
 #[cfg(test)]
 mod tests;

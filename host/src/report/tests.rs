@@ -207,6 +207,7 @@ fn sample(file: &MoveFile) -> Report {
             ),
         ],
         parameters: parameters_of(file),
+        ..Report::default()
     }
 }
 

@@ -87,6 +87,18 @@ impl Metrics {
         self.residual_strain
             .unwrap_or_else(|| displacements.fold(0.0, f64::max))
     }
+
+    /// The same for people: strain in µε, or the displacement in its unit.
+    #[must_use]
+    pub fn residual_in_words(&self) -> String {
+        let most =
+            (self.elastic_displacement.iter()).max_by(|a, b| a.residual.total_cmp(&b.residual));
+        match (self.residual_strain, most) {
+            (Some(strain), _) => format!("{:.1} µε of strain", strain * 1e6),
+            (None, Some(most)) => format!("{:.2e} {} of {}", most.residual, most.unit, most.label),
+            (None, None) => "nothing that is watched".to_owned(),
+        }
+    }
 }
 
 /// Peak and residual of every output, in the order of the plant's outputs.

@@ -13,6 +13,7 @@ pub mod planned;
 pub mod profile;
 pub mod recording;
 pub mod settings;
+pub mod shaper;
 pub mod shortest;
 pub mod stepper;
 pub mod trajectory;

@@ -5,11 +5,11 @@
 //! duration from which on *every* longer one keeps all limits.
 
 use super::ideal::{self, Settings};
-use super::modes::{self, ModesError};
 use super::ode::OdeError;
 use super::path::RigidPath;
-use super::profile::{Profile, Shaper, Tuning};
+use super::profile::{Law, Profile};
 use super::recording::Recording;
+use super::shaper::Shaper;
 use super::usage::Usage;
 use crate::machine::Plant;
 use crate::movefile::{Limits, MoveFile};
@@ -45,9 +45,6 @@ pub enum ShortestError {
     /// The simulation fails.
     #[error(transparent)]
     Ode(#[from] OdeError),
-    /// The shapers cannot be tuned.
-    #[error(transparent)]
-    Modes(#[from] ModesError),
     /// Some limit is broken at any duration, or none at any.
     #[error(
         "no shortest duration was found between {shortest_s} s and {longest_s} s: {limit} is used {ratio:.3} times"
@@ -93,7 +90,7 @@ impl<'a> From<&'a MoveFile> for Task<'a> {
 }
 
 struct Trial {
-    quintic_s: f64,
+    law_s: f64,
     recording: Recording,
     most: Usage,
 }
@@ -101,33 +98,34 @@ struct Trial {
 impl Task<'_> {
     fn try_out(
         &self,
+        law: Law,
         shaper: &Shaper,
-        quintic_s: f64,
+        law_s: f64,
         settings: Settings,
     ) -> Result<Trial, OdeError> {
-        let profile = Profile::new(quintic_s, shaper.clone());
+        let profile = Profile::new(law, law_s, shaper.clone());
         let path = RigidPath::new(self.plant, self.from, self.to, &profile);
         let recording = ideal::simulate(self.plant, &path, settings)?;
         let most = Usage::most(self.plant, self.limits, &recording);
         Ok(Trial {
-            quintic_s,
+            law_s,
             recording,
             most,
         })
     }
 
     /// A duration that is long enough but not by far: uses go with its inverse, or the inverse's square.
-    fn safe(&self, shaper: &Shaper, guess_s: f64) -> Result<Trial, ShortestError> {
-        let (mut quintic_s, mut tried) = (guess_s, (guess_s, guess_s));
+    fn safe(&self, law: Law, shaper: &Shaper, guess_s: f64) -> Result<Trial, ShortestError> {
+        let (mut law_s, mut tried) = (guess_s, (guess_s, guess_s));
         let mut last = None;
         for _ in 0..40 {
-            let trial = self.try_out(shaper, quintic_s, COARSE)?;
+            let trial = self.try_out(law, shaper, law_s, COARSE)?;
             let ratio = trial.most.ratio;
             if ratio <= SAFE && ratio > 0.25 * SAFE {
                 return Ok(trial);
             }
-            tried = (tried.0.min(quintic_s), tried.1.max(quintic_s));
-            quintic_s *= (ratio / (0.8 * SAFE)).sqrt().clamp(0.3, 3.0);
+            tried = (tried.0.min(law_s), tried.1.max(law_s));
+            law_s *= (ratio / (0.8 * SAFE)).sqrt().clamp(0.3, 3.0);
             last = Some(trial.most);
         }
         let most = last.unwrap_or(Usage {
@@ -143,48 +141,53 @@ impl Task<'_> {
         })
     }
 
-    /// The shortest move with a quintic and a shaper.
+    /// The shortest move with a law and a shaper; `guess_s` is about how long the law lasts then.
     ///
     /// Comes down from a safe duration in steps of one to three per cent to the first that breaks a limit, then
     /// closes in on the duration between.
     ///
     /// # Errors
     /// [`ShortestError`].
-    pub fn shortest(&self, shaper: &Shaper, guess_s: f64) -> Result<Shortest, ShortestError> {
-        let mut good = self.safe(shaper, guess_s)?;
+    pub fn shortest(
+        &self,
+        law: Law,
+        shaper: &Shaper,
+        guess_s: f64,
+    ) -> Result<Shortest, ShortestError> {
+        let mut good = self.safe(law, shaper, guess_s)?;
         let mut bad = loop {
             let spare = (1.0 - good.most.ratio).max(0.0);
-            let shorter_s = good.quintic_s * (1.0 - (0.06 * spare).max(0.01));
-            let next = self.try_out(shaper, shorter_s, COARSE)?;
+            let shorter_s = good.law_s * (1.0 - (0.06 * spare).max(0.01));
+            let next = self.try_out(law, shaper, shorter_s, COARSE)?;
             if next.most.ratio > 1.0 {
                 break next;
             }
             good = next;
         };
         // Samples further apart miss peaks, so the coarse answers are a little too good: both ends need fine ones.
-        let width_s = good.quintic_s - bad.quintic_s;
-        good = self.try_out(shaper, good.quintic_s, FINE)?;
+        let width_s = good.law_s - bad.law_s;
+        good = self.try_out(law, shaper, good.law_s, FINE)?;
         while good.most.ratio > 1.0 {
-            let longer = self.try_out(shaper, good.quintic_s + width_s, FINE)?;
+            let longer = self.try_out(law, shaper, good.law_s + width_s, FINE)?;
             bad = std::mem::replace(&mut good, longer);
         }
-        let accuracy_s = ACCURACY * good.quintic_s;
+        let accuracy_s = ACCURACY * good.law_s;
         for turn in 0.. {
-            let width_s = good.quintic_s - bad.quintic_s;
+            let width_s = good.law_s - bad.law_s;
             if width_s <= accuracy_s {
                 break;
             }
             let (above, below) = (bad.most.ratio - 1.0, 1.0 - good.most.ratio);
             let aim_s = match turn % 3 {
                 // A little beyond where the straight line between the two meets the limit …
-                0 => bad.quintic_s + width_s * above / (above + below) + 0.4 * accuracy_s,
+                0 => bad.law_s + width_s * above / (above + below) + 0.4 * accuracy_s,
                 // … then a little before; if that line misleads, the middle.
-                1 => good.quintic_s - 0.9 * accuracy_s,
-                _ => bad.quintic_s + 0.5 * width_s,
+                1 => good.law_s - 0.9 * accuracy_s,
+                _ => bad.law_s + 0.5 * width_s,
             };
             let margin_s = 0.02 * width_s;
-            let aim_s = aim_s.clamp(bad.quintic_s + margin_s, good.quintic_s - margin_s);
-            let next = self.try_out(shaper, aim_s, FINE)?;
+            let aim_s = aim_s.clamp(bad.law_s + margin_s, good.law_s - margin_s);
+            let next = self.try_out(law, shaper, aim_s, FINE)?;
             if next.most.ratio > 1.0 {
                 bad = next;
             } else {
@@ -192,51 +195,9 @@ impl Task<'_> {
             }
         }
         Ok(Shortest {
-            profile: Profile::new(good.quintic_s, shaper.clone()),
+            profile: Profile::new(law, good.law_s, shaper.clone()),
             recording: good.recording,
             active: bad.most,
-        })
-    }
-
-    /// The shortest moves with the usual profiles: a quintic alone, and shaped for the vibration with locked motors at
-    /// the start. At the same time, one thread each.
-    ///
-    /// # Errors
-    /// [`ShortestError`] of the first that fails.
-    pub fn usual(&self) -> Result<Vec<(&'static str, Shortest)>, ShortestError> {
-        let modes = modes::locked(self.plant, &self.plant.rest(self.from))?;
-        let tuned: Vec<Tuning> = modes::distinct_hz(&modes)
-            .into_iter()
-            .map(|frequency_hz| Tuning {
-                frequency_hz,
-                damping_ratio: 0.0,
-            })
-            .collect();
-        let mut profiles = vec![("quintic", Shaper::none())];
-        if let [lowest, others @ ..] = tuned.as_slice() {
-            let zv = Shaper::zv(*lowest);
-            profiles.push(("quintic with ZV", zv.clone()));
-            if let [next, ..] = others {
-                profiles.push(("quintic with ZV on two modes", zv.then(&Shaper::zv(*next))));
-            }
-            profiles.push(("quintic with ZVD", Shaper::zvd(*lowest)));
-        }
-        // A quintic of three periods of the slowest vibration hardly excites it.
-        let guess_s = tuned
-            .first()
-            .map_or(0.1, |lowest| 3.0 / lowest.frequency_hz);
-        std::thread::scope(|scope| {
-            let running: Vec<_> = profiles
-                .iter()
-                .map(|(name, shaper)| (*name, scope.spawn(move || self.shortest(shaper, guess_s))))
-                .collect();
-            running
-                .into_iter()
-                .map(|(name, thread)| match thread.join() {
-                    Ok(result) => result.map(|shortest| (name, shortest)),
-                    Err(panic) => std::panic::resume_unwind(panic),
-                })
-                .collect()
         })
     }
 }

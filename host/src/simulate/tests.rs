@@ -4,8 +4,9 @@ use super::ideal::{self, Settings};
 use super::modes::{self, distinct_hz};
 use super::ode::{Tolerance, integrate};
 use super::path::{JointPath as _, RigidPath};
-use super::profile::{Profile, Shaper};
-use super::shortest::{Shortest, Task};
+use super::profile::{Law, Profile};
+use super::shaper::Shaper;
+use super::shortest::Task;
 use super::stepper::Stepper;
 use super::trajectory::{Feedforward, from_path};
 use super::{ClosedLoop, ClosedLoopError, DriveSettings, Metrics, Recording};
@@ -26,7 +27,7 @@ fn close(found: f64, expected: f64, relative: f64) {
 
 /// The quintic of the paper's duration with ideal drives.
 fn quintic(file: &MoveFile) -> Recording {
-    let profile = Profile::new(0.0508, Shaper::none());
+    let profile = Profile::new(Law::Quintic, 0.0508, Shaper::none());
     let path = RigidPath::new(file.machine.plant(), &file.from, &file.to, &profile);
     ideal::simulate(file.machine.plant(), &path, Settings::default()).expect("reachable")
 }
@@ -90,7 +91,7 @@ fn quintic_with_ideal_drives_is_the_papers() {
     assert_eq!(metrics.residual(), metrics.residual_strain.expect("gauges"));
 
     // The motors are where they were told to be.
-    let profile = Profile::new(0.0508, Shaper::none());
+    let profile = Profile::new(Law::Quintic, 0.0508, Shaper::none());
     let path = RigidPath::new(plant, &paper.from, &paper.to, &profile);
     let mut space = Equations::new(plant);
     for frame in &recording.frames {
@@ -101,46 +102,12 @@ fn quintic_with_ideal_drives_is_the_papers() {
     }
 }
 
-#[test]
-fn shortest_moves_are_the_papers() {
-    let paper = file("paper");
-    let found = Task::from(&paper).usual().expect("possible");
-    let expected = [99.5e-3, 77.3e-3, 83.5e-3, 83.3e-3];
-    assert_eq!(found.len(), expected.len());
-    for ((_, shortest), expected_s) in found.iter().zip(expected) {
-        close(shortest.recording.duration_s, expected_s, 0.015);
-        assert_eq!(shortest.active.limit, "elastic_displacement_y_m");
-        assert!(shortest.active.ratio > 1.0);
-    }
-    // Residuals change by several per cent within 1 % of duration.
-    let expected = [52e-6, 34e-6, 22e-6, 17e-6];
-    for ((_, shortest), expected) in found.iter().zip(expected) {
-        close(residual(&paper, shortest), expected, 0.05);
-    }
-}
-
-fn residual(file: &MoveFile, shortest: &Shortest) -> f64 {
-    Metrics::of(file.machine.plant(), &shortest.recording).residual()
-}
-
-#[test]
-fn an_axis_has_shortest_moves_too() {
-    let axis = file("axis");
-    let found = Task::from(&axis).usual().expect("possible");
-    assert_eq!(found.len(), 3, "there is one mode");
-    assert!(residual(&axis, &found[0].1) > 1e-2);
-    for (_, shaped) in &found[1..] {
-        // A linear machine: the shaper cancels its one mode.
-        assert!(residual(&axis, shaped) < 1e-5);
-    }
-}
-
 /// What each limit forbids is recognised, and the shortest move obeys it.
 #[test]
 fn speed_and_torque_limit_the_shortest_move() {
     let mut axis = file("axis");
     axis.limits.motor_speed_rpm = 1000.0;
-    let found = Task::from(&axis).shortest(&Shaper::none(), 0.3);
+    let found = Task::from(&axis).shortest(Law::Quintic, &Shaper::none(), 0.3);
     let found = found.expect("possible");
     // Top speed of a quintic: 15/8 of the mean.
     let speed_rad_per_s = axis.limits.joint_speed_rad_per_s(20.0);
@@ -149,7 +116,7 @@ fn speed_and_torque_limit_the_shortest_move() {
 
     let mut axis = file("axis");
     axis.limits.torque_nm = 1.0;
-    let found = Task::from(&axis).shortest(&Shaper::none(), 0.3);
+    let found = Task::from(&axis).shortest(Law::Quintic, &Shaper::none(), 0.3);
     let found = found.expect("possible");
     assert_eq!(found.active.limit, "torque of axis 1");
     let metrics = Metrics::of(axis.machine.plant(), &found.recording);
@@ -252,7 +219,7 @@ fn played(
     feedforward: Feedforward,
 ) -> Result<Recording, ClosedLoopError> {
     let plant = file.machine.plant();
-    let profile = Profile::new(duration_s, Shaper::none());
+    let profile = Profile::new(Law::Quintic, duration_s, Shaper::none());
     let path = RigidPath::new(plant, &file.from, &file.to, &profile);
     let trajectory = from_path(7, plant, &file.limits, &path, feedforward).expect("fits");
     let machine = drives.real_machine(&file.machine);
@@ -359,7 +326,7 @@ fn the_executor_guards_the_simulation() {
     let paper = file("paper");
     let drives = DriveSettings::default();
     let plant = paper.machine.plant();
-    let profile = Profile::new(0.0508, Shaper::none());
+    let profile = Profile::new(Law::Quintic, 0.0508, Shaper::none());
     let path = RigidPath::new(plant, &paper.from, &paper.to, &profile);
     let rigid = from_path(7, plant, &paper.limits, &path, Feedforward::Rigid).expect("fits");
     let elsewhere = ClosedLoop::new(plant, &paper.limits, &paper.to, &drives);

@@ -7,12 +7,14 @@ use super::path::{JointPath as _, RigidPath};
 use super::recording::Frame;
 use crate::machine::{Equations, Plant};
 use crate::movefile::Limits;
+use stillpoint_shared::trajectory::{MAX_COEFFICIENTS, coefficient_count};
 use stillpoint_shared::{
     AxisLimits, LimitsError, Trajectory, TrajectoryBuilder, TrajectoryError, lgr, time,
 };
 
-/// LGR points per interval.
+/// Most and least LGR points of an interval.
 const POINTS: usize = 10;
+const LEAST_POINTS: usize = 4;
 /// Intervals of a whole move: each holds a sixth of it at most.
 const INTERVALS: f64 = 6.0;
 
@@ -80,71 +82,99 @@ pub fn board_limits(
     stillpoint_shared::Limits::new(&vec![axis; plant.axis_count()])
 }
 
-/// Times at which a trajectory is sampled: per interval its ticks, and the times of its nodes.
-fn mesh(breaks_s: &[f64]) -> Result<Vec<(u32, Vec<f64>)>, TrajectoryError> {
-    let mut nodes = [0.0; POINTS + 1];
-    lgr::support_nodes(&mut nodes).map_err(|_| TrajectoryError::Points {
-        interval: 0,
-        points: POINTS,
-    })?;
+/// One interval of a trajectory to be.
+struct Span {
+    duration_ticks: u32,
+    points: usize,
+    /// Times of its nodes, and its end.
+    times_s: Vec<f64>,
+}
+
+/// Where a trajectory of `axes` axes is sampled. Every interval has the least number of points and, by its length, a share
+/// of what the board has room for besides.
+fn mesh(breaks_s: &[f64], axes: usize) -> Result<Vec<Span>, TrajectoryError> {
     let duration_s = breaks_s.last().copied().unwrap_or_default();
-    let mut intervals = Vec::new();
-    let mut from = 0_u32;
+    let mut ends = vec![0];
     for piece in breaks_s.windows(2) {
         let [start_s, end_s] = [piece[0], piece[1]];
         let parts = ((end_s - start_s) * INTERVALS / duration_s).ceil().max(1.0);
         for part in 1..=parts as usize {
             let until_s = start_s + (end_s - start_s) * part as f64 / parts;
-            let interval = intervals.len();
+            let interval = ends.len() - 1;
             let to = time::ticks(until_s).ok_or(TrajectoryError::TooLong { interval })?;
             // Two breaks within a tick are one.
-            if to > from {
-                let (a, b) = (time::seconds(from), time::seconds(to));
-                let inner = |x| a + (b - a) * (x + 1.0) / 2.0;
-                let times = nodes.map(|x| if x < 1.0 { inner(x) } else { b });
-                intervals.push((to - from, times.to_vec()));
-                from = to;
+            if ends.last().is_some_and(|from| to > *from) {
+                ends.push(to);
             }
         }
     }
-    Ok(intervals)
+    let least = coefficient_count(LEAST_POINTS, axes);
+    let more = coefficient_count(LEAST_POINTS + 1, axes) - least;
+    let spare = MAX_COEFFICIENTS.saturating_sub((ends.len() - 1) * least) / more;
+    let spans = ends.windows(2).enumerate().map(|(interval, pair)| {
+        let duration_ticks = pair[1] - pair[0];
+        let share = spare as f64 * time::seconds(duration_ticks) / duration_s;
+        let points = (LEAST_POINTS + share as usize).min(POINTS);
+        Ok(Span {
+            duration_ticks,
+            points,
+            times_s: times_s(interval, pair[0], duration_ticks, points)?,
+        })
+    });
+    spans.collect()
+}
+
+/// Times of an interval's nodes, and its end.
+fn times_s(
+    interval: usize,
+    start_ticks: u32,
+    duration_ticks: u32,
+    points: usize,
+) -> Result<Vec<f64>, TrajectoryError> {
+    let mut nodes = vec![0.0; points + 1];
+    lgr::support_nodes(&mut nodes).map_err(|_| TrajectoryError::Points { interval, points })?;
+    let ticks = |x: f64| f64::from(start_ticks) + f64::from(duration_ticks) * (x + 1.0) / 2.0;
+    let per_s = f64::from(time::TIME_TICKS_PER_SECOND);
+    Ok(nodes.into_iter().map(|x| ticks(x) / per_s).collect())
+}
+
+/// Where a trajectory has its values: the nodes of its intervals in turn, each with its end.
+///
+/// # Errors
+/// [`TrajectoryError`] at an interval whose number of points has no rule.
+pub fn node_times_s(trajectory: &Trajectory) -> Result<Vec<f64>, TrajectoryError> {
+    let mut all_s = Vec::new();
+    for (interval, span) in trajectory.intervals().enumerate() {
+        all_s.extend(times_s(
+            interval,
+            span.start_ticks,
+            span.duration_ticks,
+            span.points,
+        )?);
+    }
+    Ok(all_s)
 }
 
 fn build(
     id: u32,
     limits: &stillpoint_shared::Limits,
-    intervals: &[(u32, Vec<f64>)],
+    spans: &[Span],
     samples: &mut dyn FnMut(f64) -> Option<JointSample>,
 ) -> Result<Trajectory, PathError> {
     let mut builder = TrajectoryBuilder::new(id, limits);
-    for (duration_ticks, times) in intervals {
+    for span in spans {
         let mut values = Vec::new();
-        for &time_s in times {
+        for &time_s in &span.times_s {
             let sample = samples(time_s).ok_or(OdeError::Undefined { time_s })?;
             values.extend(sample.angles_rad);
             values.extend(sample.rates_rad_per_s);
             values.extend(sample.torques_nm);
         }
         builder
-            .interval(*duration_ticks, POINTS, &values)
+            .interval(span.duration_ticks, span.points, &values)
             .map_err(PathError::Trajectory)?;
     }
     builder.finish().map_err(PathError::Trajectory)
-}
-
-/// A trajectory of any joint path, sampled in ascending time. `breaks_s` are the times between which the path is smooth,
-/// first 0, last the end.
-///
-/// # Errors
-/// [`PathError`]; [`OdeError::Undefined`] where `sample` returns `None`.
-pub fn from_samples(
-    id: u32,
-    limits: &stillpoint_shared::Limits,
-    breaks_s: &[f64],
-    mut sample: impl FnMut(f64) -> Option<JointSample>,
-) -> Result<Trajectory, PathError> {
-    let intervals = mesh(breaks_s).map_err(PathError::Trajectory)?;
-    build(id, limits, &intervals, &mut sample)
 }
 
 /// A trajectory of motors that follow a rigid path.
@@ -160,20 +190,20 @@ pub fn from_path(
 ) -> Result<Trajectory, PathError> {
     let board = board_limits(limits, plant).map_err(PathError::Limits)?;
     let breaks_s = path.profile().breaks_s();
-    let intervals = mesh(&breaks_s).map_err(PathError::Trajectory)?;
+    let spans = mesh(&breaks_s, plant.axis_count()).map_err(PathError::Trajectory)?;
     let mut last: Option<JointSample> = None;
     match feedforward {
-        Feedforward::Rigid => build(id, &board, &intervals, &mut |time_s| {
+        Feedforward::Rigid => build(id, &board, &spans, &mut |time_s| {
             let sample = rigid_sample(plant, path, time_s, last.as_ref())?;
             last = Some(sample.clone());
             Some(sample)
         }),
         Feedforward::Ideal => {
-            let times: Vec<f64> = intervals.iter().flat_map(|(_, t)| t.clone()).collect();
+            let times: Vec<f64> = spans.iter().flat_map(|span| span.times_s.clone()).collect();
             let tolerance = Settings::default().tolerance;
             let recording = ideal::simulate_at(plant, path, &times, tolerance)?;
             let mut frames = recording.frames.into_iter();
-            build(id, &board, &intervals, &mut |_| {
+            build(id, &board, &spans, &mut |_| {
                 frames.next().map(JointSample::from)
             })
         }

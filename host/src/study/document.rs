@@ -96,6 +96,7 @@ impl Document<'_> {
             figures: self.figures(),
             notes: self.notes(),
             parameters: parameters_of(self.file),
+            ..Report::default()
         }
         .html()
     }

@@ -1,7 +1,9 @@
 //! Studies of a move: runs of a trajectory and of what a user would pick instead, side by side.
 
+pub mod compare;
 mod document;
 mod on_board;
+mod parallel;
 mod random_moves;
 mod run;
 

@@ -1,11 +1,13 @@
 //! One run: what the machine did, and its figures of merit.
 
+use crate::baseline::{Baseline, BaselineError};
 use crate::machine::{OutputKind, Plant};
 use crate::movefile::{Limits, MoveFile};
 use crate::report::{MARKED_BEYOND, Record, SummaryRow};
 use crate::simulate::path::RigidPath;
-use crate::simulate::profile::{Profile, Shaper};
-use crate::simulate::shortest::{ShortestError, Task};
+use crate::simulate::profile::{Law, Profile};
+use crate::simulate::shaper::Shaper;
+use crate::simulate::shortest::Task;
 use crate::simulate::trajectory::{Feedforward, PathError, from_path};
 use crate::simulate::{ClosedLoop, ClosedLoopError, Frame, Metrics, Recording};
 use stillpoint_shared::Trajectory;
@@ -38,7 +40,7 @@ pub enum StudyError {
     Path(#[from] PathError),
     /// The shaped moves cannot be made.
     #[error("the shaped quintics are impossible: {0}")]
-    Shortest(#[from] ShortestError),
+    Baseline(#[from] BaselineError),
 }
 
 impl Run {
@@ -158,25 +160,44 @@ pub fn equal_quintic(name: &str, file: &MoveFile, duration_s: f64) -> Result<Run
         torque_speed_knee_rpm: file.limits.torque_speed_knee_rpm * LIFTED,
         ..file.limits.clone()
     };
-    let profile = Profile::new(duration_s, Shaper::none());
+    let profile = Profile::new(Law::Quintic, duration_s, Shaper::none());
     let plant = file.machine.plant();
     let path = RigidPath::new(plant, &file.from, &file.to, &profile);
     let trajectory = from_path(0, plant, &limits, &path, Feedforward::Rigid)?;
     play_within(name, file, &limits, &trajectory)
 }
 
+/// What a user would pick instead, and how the comparison calls it.
+const USUAL: [(&str, &str); 4] = [
+    ("quintic", "shortest quintic"),
+    ("quintic+zv", "shortest quintic with ZV"),
+    ("quintic+zv2", "shortest quintic with ZV on two modes"),
+    ("quintic+zvd", "shortest quintic with ZVD"),
+];
+
 /// The shortest moves within all limits that a quintic makes, alone and with input shapers, with drives that follow
-/// exactly: what a user would pick instead, at its best.
+/// exactly: what a user would pick instead, at its best. At the same time, one thread each.
 ///
 /// # Errors
-/// [`StudyError::Shortest`].
+/// [`StudyError::Baseline`].
 pub fn shortest_shaped(file: &MoveFile) -> Result<Vec<Run>, StudyError> {
-    let shortest = Task::from(file).usual()?;
-    let plant = file.machine.plant();
-    Ok(shortest
-        .into_iter()
-        .map(|(name, shortest)| Run::new(&format!("shortest {name}"), plant, shortest.recording))
-        .collect())
+    let task = Task::from(file);
+    let known = Baseline::all_for(&task).map_err(BaselineError::Modes)?;
+    let run = |name: &str, baseline: &Baseline| {
+        let shortest = baseline.shortest(&task)?;
+        Ok(Run::new(name, task.plant, shortest.recording))
+    };
+    std::thread::scope(|scope| {
+        let named = |(key, name)| Some((name, known.iter().find(|b| b.name() == key)?));
+        let running: Vec<_> = (USUAL.into_iter().filter_map(named))
+            .map(|(name, baseline)| scope.spawn(move || run(name, baseline)))
+            .collect();
+        let joined = running.into_iter().map(|thread| match thread.join() {
+            Ok(run) => run,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        joined.collect()
+    })
 }
 
 /// The machine's limits as a row of the comparison.

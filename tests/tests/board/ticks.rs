@@ -10,11 +10,10 @@ use stillpoint_tests::image::Image;
 
 use super::bench::{Bench, PATIENCE, paper, start_request};
 
-/// Instructions of a tick: of half of the ticks of a move, and of any. The aims, 1,500 and 2,500, are missed since the library
-/// is compiled for size; these hold what there is. Bytes of an order that arrive in a tick are counted with it: two or three
-/// interrupts of some 130 instructions.
-const TYPICAL: u32 = 2_100;
-const WORST: u32 = 3_400;
+/// Instructions of a tick: of half of the ticks of a move, and of any; without the interrupts that take in the bytes of an
+/// order, of some 130 instructions each.
+const TYPICAL: u32 = 1_500;
+const WORST: u32 = 2_500;
 
 /// Counts of the core clock in 0.1 ms: the clock has 168 MHz, as on the controller.
 const COUNTS_PER_S: f64 = 168e6;

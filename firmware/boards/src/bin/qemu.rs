@@ -36,7 +36,7 @@ mod app {
     use super::board::bench_port::{self, BenchReceiver, BenchTransmitter};
     use super::board::ram_flash::{self, Sectors};
     use super::board::serve::{AXES, Diary, Place, RECEIVED, Reach, Server};
-    use super::board::stopwatch::{Stopwatch, Watched};
+    use super::board::stopwatch::{self, Stopwatch, Watched};
     use super::board::uart::{self, Receiver};
     use super::board::{build_id, retained, stack, timer};
 
@@ -191,10 +191,12 @@ mod app {
 
     #[task(binds = USART3, priority = 3, local = [receiver, bytes])]
     fn receive(cx: receive::Context) {
-        if let (Some(byte), _) = cx.local.receiver.take() {
-            // What does not fit was sent against the protocol; the check sum tells.
-            let _ = cx.local.bytes.enqueue(byte);
-        }
+        stopwatch::away(|| {
+            if let (Some(byte), _) = cx.local.receiver.take() {
+                // What does not fit was sent against the protocol; the check sum tells.
+                let _ = cx.local.bytes.enqueue(byte);
+            }
+        });
     }
 
     /// The bench.

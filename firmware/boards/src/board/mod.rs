@@ -3,6 +3,7 @@
 
 pub mod build_id;
 mod log;
+mod memory;
 mod panic;
 pub mod retained;
 pub mod serve;

@@ -1,5 +1,7 @@
 //! How long things take on the emulated board, whose instructions all last equally long.
 
+use core::sync::atomic::{AtomicU32, Ordering};
+
 use cortex_m::peripheral::SCB;
 use stillpoint_firmware::{DriveGroup, Feedback, Setpoint};
 
@@ -8,13 +10,32 @@ use super::timer::{PERIOD_COUNTS, elapsed_counts};
 /// Measures a tick from its beginning, and not from when it was due: in the emulator, whose time is
 /// the host's while it waits, it may begin late.
 #[derive(Debug)]
-pub struct Stopwatch(u32);
+pub struct Stopwatch {
+    begun_counts: u32,
+    away_counts: u32,
+}
+
+/// Counts in interrupts of the tick, which are none of its work.
+static AWAY_COUNTS: AtomicU32 = AtomicU32::new(0);
+
+/// Does what an interrupt of the tick does, with every stopwatch halted.
+pub fn away(act: impl FnOnce()) {
+    let begun_counts = elapsed_counts();
+    act();
+    // Where the next period begins meanwhile, nothing is taken off.
+    let counts = elapsed_counts().saturating_sub(begun_counts);
+    let before = AWAY_COUNTS.load(Ordering::Relaxed);
+    AWAY_COUNTS.store(before.wrapping_add(counts.into()), Ordering::Relaxed);
+}
 
 impl Stopwatch {
     /// The tick begins. Should the next one be due already, it is left out.
     pub fn start() -> Self {
         SCB::clear_pendst();
-        Self(elapsed_counts().into())
+        Self {
+            begun_counts: elapsed_counts().into(),
+            away_counts: AWAY_COUNTS.load(Ordering::Relaxed),
+        }
     }
 
     /// Counts since the beginning, less than two periods.
@@ -24,12 +45,17 @@ impl Stopwatch {
         } else {
             0
         };
-        (u32::from(elapsed_counts()) + later).saturating_sub(self.0)
+        let away_counts = AWAY_COUNTS
+            .load(Ordering::Relaxed)
+            .wrapping_sub(self.away_counts);
+        (u32::from(elapsed_counts()) + later)
+            .saturating_sub(self.begun_counts)
+            .saturating_sub(away_counts)
     }
 
     /// Counts from the beginning to a reading of [`elapsed_counts`] in the same period.
     pub fn until(&self, elapsed_counts: u16) -> u16 {
-        u32::from(elapsed_counts).saturating_sub(self.0) as u16
+        u32::from(elapsed_counts).saturating_sub(self.begun_counts) as u16
     }
 }
 

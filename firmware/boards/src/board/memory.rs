@@ -1,0 +1,3 @@
+//! Copying and clearing memory, small.
+
+core::arch::global_asm!(include_str!("memory.s"));
