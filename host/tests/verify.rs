@@ -112,6 +112,9 @@ fn a_good_file_is_verified() {
     assert!((torque["time_s"].as_f64().unwrap() - 0.5).abs() < 1e-3);
 }
 
+/// Words of the refusal, and what is wrong.
+type Change<'a> = (&'a str, fn(&mut Proof));
+
 #[test]
 fn every_reason_not_to_believe_has_its_sentence() {
     let (trajectory, section) = push(19.9);
@@ -182,7 +185,7 @@ fn every_reason_not_to_believe_has_its_sentence() {
     let bytes = encoded(&trajectory, Some(&forged));
     refused("forged", &bytes, AXIS, "differs", "computed anew");
     // Each figure of it, wrong by itself; the limits' hash is left as it was.
-    let changes: [(&str, fn(&mut Proof)); 5] = [
+    let changes: [Change<'_>; 5] = [
         ("as limit of torque of axis 1", |proof| proof.limit = 25.0),
         ("as bound of torque of axis 1", |proof| proof.bound -= 0.01),
         ("as largest value reached of torque", |proof| {
