@@ -4,14 +4,29 @@
 //! CiA 402 (IEC 61800-7-201). Drives agree on the classes; the last digits are often their own, so
 //! the nearest class that is known is told.
 
-/// A node stopped sending heartbeats, restarted, or left the operational state.
-pub const HEARTBEAT_LOST: u16 = 0x8130;
-
-/// A process data object is not as long as its mapping.
-pub const PDO_LENGTH: u16 = 0x8210;
-
-/// A parameter is wrong or refused.
-pub const PARAMETER: u16 = 0x6320;
+/// What the board itself sees. The profiles reserve B000h to EFFFh: no drive sends these.
+pub mod seen {
+    /// The node is no CiA 402 drive.
+    pub const NOT_A_DRIVE: u16 = 0xb001;
+    /// The rated torque is another than configured.
+    pub const RATED_TORQUE: u16 = 0xb002;
+    /// The drive refuses its set-up.
+    pub const REFUSED: u16 = 0xb003;
+    /// The drive does not take up its mode.
+    pub const MODE: u16 = 0xb004;
+    /// The drive sends no feedback.
+    pub const NO_FEEDBACK: u16 = 0xb005;
+    /// The feedback is not as long as its mapping.
+    pub const FEEDBACK_LENGTH: u16 = 0xb006;
+    /// The drive stopped sending heartbeats.
+    pub const HEARTBEAT_LOST: u16 = 0xb007;
+    /// The drive left the operational state.
+    pub const NOT_OPERATIONAL: u16 = 0xb008;
+    /// The drive started anew.
+    pub const RESTARTED: u16 = 0xb009;
+    /// Nothing answers.
+    pub const NO_ANSWER: u16 = 0xb00a;
+}
 
 /// An error that is not further specified.
 pub const GENERIC: u16 = 0x1000;
@@ -31,7 +46,7 @@ pub fn words(code: u16) -> &'static str {
     }
 }
 
-const EXACT: [(u16, &str); 25] = [
+const EXACT: [(u16, &str); 35] = [
     (0x2310, "continuous over-current"),
     (0x2320, "short circuit or earth leakage at the motor"),
     (0x2330, "earth leakage at the motor"),
@@ -45,18 +60,55 @@ const EXACT: [(u16, &str); 25] = [
     (0x4210, "the device is too hot"),
     (0x4310, "the drive is too hot"),
     (0x5430, "the power stage's input is faulty"),
-    (PARAMETER, "a parameter is wrong or refused"),
+    (0x6320, "a parameter is wrong or refused"),
     (0x7121, "the motor is blocked"),
     (0x7305, "the first incremental encoder is faulty"),
     (0x7306, "the second incremental encoder is faulty"),
     (0x8110, "CAN messages were lost (overrun)"),
     (0x8120, "CAN error passive"),
-    (HEARTBEAT_LOST, "no heartbeat"),
+    (0x8130, "no heartbeat"),
     (0x8140, "recovered from CAN bus-off"),
-    (PDO_LENGTH, "a process data message has the wrong length"),
+    (0x8210, "a process data message has the wrong length"),
     (0x8250, "set-points did not come in time"),
     (0x8611, "following error"),
     (0x8612, "a position limit was reached"),
+    (
+        seen::NOT_A_DRIVE,
+        "the node is no CiA 402 drive: check the node ids",
+    ),
+    (
+        seen::RATED_TORQUE,
+        "its rated torque (6076h) is another than configured: correct one of them",
+    ),
+    (
+        seen::REFUSED,
+        "it refuses its set-up: see its manual, or map its process data in the drive and set the mapping to preset",
+    ),
+    (
+        seen::MODE,
+        "it does not take up cyclic synchronous position mode: use a drive that has it",
+    ),
+    (
+        seen::NO_FEEDBACK,
+        "it sends no feedback at SYNC: check its first transmit PDO (1800h, 1A00h)",
+    ),
+    (
+        seen::FEEDBACK_LENGTH,
+        "its feedback does not have 7 bytes: map 6041h, 6064h and 6061h to its first transmit PDO",
+    ),
+    (
+        seen::HEARTBEAT_LOST,
+        "its heartbeat is missing: check cabling and supply",
+    ),
+    (
+        seen::NOT_OPERATIONAL,
+        "it left the operational state: see its error memory",
+    ),
+    (seen::RESTARTED, "it started anew: check its supply"),
+    (
+        seen::NO_ANSWER,
+        "it does not answer: check the node id, the cabling and the supply",
+    ),
 ];
 
 const CLASSES: [(u8, &str); 29] = [
@@ -118,6 +170,7 @@ mod tests {
             (0xff01, "an error of the manufacturer's own"),
             (0x0000, "no error"),
             (0xa000, "an error of its own"),
+            (seen::RESTARTED, "it started anew: check its supply"),
         ] {
             assert_eq!(words(code), expected, "{code:#06x}");
         }

@@ -1,6 +1,7 @@
 //! One axis: sets its drive up, listens to it, and says what it is told in each bus cycle.
 
 use stillpoint_shared::drive_config::Cycle;
+use stillpoint_shared::drive_error::seen;
 use stillpoint_shared::time::{self, TIME_TICKS_PER_SECOND};
 use stillpoint_shared::{AxisDrive, BusConfig};
 
@@ -356,6 +357,9 @@ impl Axis {
             {
                 DriveStatus::Enabled
             }
+            None if self.silent_at.is_some() => DriveStatus::Fault {
+                code: seen::NO_ANSWER,
+            },
             _ => DriveStatus::Disabled,
         }
     }

@@ -62,9 +62,8 @@
 //!
 //! # Errors in `DriveStatus::Fault`
 //! The code of the drive's emergency message; 603Fh is read if that was lost, and 1000h (generic)
-//! told until it is known. Of what the board itself sees: 8130h for no heartbeat, a restart or no
-//! feedback, 6320h for a refused set-up, 8210h for feedback of the wrong length.
-//! [`Cia402Group::report`] has the details in words.
+//! told until it is known. What the board itself sees has codes of its own, B001h to B00Ah
+//! ([`seen`](stillpoint_shared::drive_error::seen)). [`Cia402Group::report`] has the details in words.
 //!
 //! Sources: CiA 301 (CANopen), CiA 402-2 and -3 (IEC 61800-7-201, -301).
 

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use stillpoint_shared::drive_error;
+use stillpoint_shared::drive_error::seen;
 
 use super::abort::AbortCode;
 use super::nmt::NmtState;
@@ -61,18 +61,18 @@ pub enum Trouble {
 }
 
 impl Trouble {
-    /// The nearest error code of the profiles, for [`DriveStatus::Fault`](crate::DriveStatus).
+    /// Its code for [`DriveStatus::Fault`](crate::DriveStatus).
     pub const fn code(&self) -> u16 {
         match self {
-            Self::NotADrive { .. }
-            | Self::RatedTorque { .. }
-            | Self::Refused { .. }
-            | Self::Mode { .. } => drive_error::PARAMETER,
-            Self::FeedbackLength { .. } => drive_error::PDO_LENGTH,
-            Self::NoFeedback
-            | Self::HeartbeatLost { .. }
-            | Self::NotOperational { .. }
-            | Self::Restarted => drive_error::HEARTBEAT_LOST,
+            Self::NotADrive { .. } => seen::NOT_A_DRIVE,
+            Self::RatedTorque { .. } => seen::RATED_TORQUE,
+            Self::Refused { .. } => seen::REFUSED,
+            Self::Mode { .. } => seen::MODE,
+            Self::NoFeedback => seen::NO_FEEDBACK,
+            Self::FeedbackLength { .. } => seen::FEEDBACK_LENGTH,
+            Self::HeartbeatLost { .. } => seen::HEARTBEAT_LOST,
+            Self::NotOperational { .. } => seen::NOT_OPERATIONAL,
+            Self::Restarted => seen::RESTARTED,
         }
     }
 }

@@ -7,4 +7,6 @@ mod line;
 mod requests;
 mod rig;
 mod sampling;
+mod settings;
 mod stale;
+mod uploads;

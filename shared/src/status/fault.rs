@@ -4,7 +4,7 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::ordinal;
+use crate::{drive_error, ordinal};
 
 /// The first cause since the last `clear`, and when.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -124,7 +124,8 @@ impl fmt::Display for FaultCause {
             Self::DriveFault { axis, code } => {
                 write!(
                     f,
-                    "the drive of axis {axis} reports fault {code:#06x}: see its manual, then clear",
+                    "the drive of axis {axis} is in fault {code:#06x}, {}: remove the cause, then clear",
+                    drive_error::words(code),
                     axis = ordinal(axis)
                 )
             }

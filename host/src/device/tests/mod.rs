@@ -3,6 +3,7 @@
 mod line;
 mod moves;
 mod ports;
+mod script;
 mod uploads;
 
 use super::{Faults, Faulty, Session, Settings, Simulated};
