@@ -4,7 +4,7 @@
 //! |---|---|
 //! | as many as it has | the trajectory, as [`Trajectory::encode`] writes it; the board is sent this alone |
 //! | 4 | `SPC` 0x1a |
-//! | 1 | version of the section, 1 |
+//! | 1 | version of the section, 2 |
 //! | 4 | length of the body, little-endian |
 //! | that many | the body in postcard: [`Coordinates`], then [`Certificate`] |
 //! | 4 | CRC-32/ISO-HDLC of all bytes of the section before, little-endian |
@@ -21,7 +21,7 @@ use stillpoint_shared::{Trajectory, TrajectoryError};
 pub const SECTION_MAGIC: [u8; 4] = *b"SPC\x1a";
 
 /// Version of the section's layout and of what is in it.
-pub const SECTION_VERSION: u8 = 1;
+pub const SECTION_VERSION: u8 = 2;
 
 /// Enough bytes for the body of any section.
 const MAX_BODY_BYTES: usize = 1 << 17;

@@ -185,17 +185,7 @@ fn derivatives_of_several_plants_are_exact() {
         file.limits.torque_speed_slope_nm_per_rpm = 0.01;
         let robust = file.robust.clone().expect("a robust move");
         let problem = robust_problem(&file, &robust, None).expect("modes");
-        let sizes = problem.sizes;
-        let nominal = quintic_guess(&file, 0.07);
-        let axes = file.machine.plant().axis_count();
-        let guess = Guess::new(0.07, move |share| {
-            let (mut state, mut control) = nominal.at(share);
-            let motion = state[axes..].to_vec();
-            state.extend(motion.repeat(2));
-            control.resize(sizes.controls, 0.0);
-            (state, control)
-        });
-        assert_exact(problem, &guess, 0.05);
+        assert_exact(problem, &quintic_guess(&file, 0.07), 0.05);
     }
 }
 

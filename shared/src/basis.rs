@@ -72,7 +72,8 @@ impl Basis {
 
     /// The support points on [−1, 1], ascending, as evaluation uses them.
     pub fn nodes(&self) -> &[f32] {
-        self.nodes.get(..=self.points).unwrap_or_default()
+        let support = if self.points == 0 { 0 } else { self.points + 1 };
+        self.nodes.get(..support).unwrap_or_default()
     }
 
     /// Σ_j L_j(x) row_j for N + 1 `rows` of Q quantities × A axes each, node after node.

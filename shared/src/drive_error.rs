@@ -4,7 +4,7 @@
 //! CiA 402 (IEC 61800-7-201). Drives agree on the classes; the last digits are often their own, so
 //! the nearest class that is known is told.
 
-/// What the board itself sees. The profiles reserve B000h to EFFFh: no drive sends these.
+/// What the board itself sees, in a range that the profiles reserve.
 pub mod seen {
     /// The node is no CiA 402 drive.
     pub const NOT_A_DRIVE: u16 = 0xb001;
@@ -43,6 +43,16 @@ pub fn words(code: u16) -> &'static str {
     match (exact, class, group) {
         (Some((_, words)), _, _) | (_, Some((_, words)), _) | (_, _, Some((_, words))) => words,
         _ => "an error of its own",
+    }
+}
+
+/// What to do about it, beside what its words say.
+pub fn cure(code: u16) -> &'static str {
+    match code {
+        seen::NO_ANSWER => "it is set up as soon as it answers",
+        seen::NOT_A_DRIVE..=seen::RESTARTED => "then clear",
+        0xff00.. => "see its manual, remove the cause, then clear",
+        _ => "remove the cause, then clear",
     }
 }
 
@@ -170,7 +180,43 @@ mod tests {
             (0xff01, "an error of the manufacturer's own"),
             (0x0000, "no error"),
             (0xa000, "an error of its own"),
+            (
+                seen::NOT_A_DRIVE,
+                "the node is no CiA 402 drive: check the node ids",
+            ),
+            (
+                seen::RATED_TORQUE,
+                "its rated torque (6076h) is another than configured: correct one of them",
+            ),
+            (
+                seen::REFUSED,
+                "it refuses its set-up: see its manual, or map its process data in the drive and set the mapping to preset",
+            ),
+            (
+                seen::MODE,
+                "it does not take up cyclic synchronous position mode: use a drive that has it",
+            ),
+            (
+                seen::NO_FEEDBACK,
+                "it sends no feedback at SYNC: check its first transmit PDO (1800h, 1A00h)",
+            ),
+            (
+                seen::FEEDBACK_LENGTH,
+                "its feedback does not have 7 bytes: map 6041h, 6064h and 6061h to its first transmit PDO",
+            ),
+            (
+                seen::HEARTBEAT_LOST,
+                "its heartbeat is missing: check cabling and supply",
+            ),
+            (
+                seen::NOT_OPERATIONAL,
+                "it left the operational state: see its error memory",
+            ),
             (seen::RESTARTED, "it started anew: check its supply"),
+            (
+                seen::NO_ANSWER,
+                "it does not answer: check the node id, the cabling and the supply",
+            ),
         ] {
             assert_eq!(words(code), expected, "{code:#06x}");
         }

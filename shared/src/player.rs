@@ -116,8 +116,8 @@ impl Schedule {
     /// The values of `trajectory`, which this is the schedule of, at `ticks` after the start; the
     /// last node's, exactly, from the end on. `None` if there is nothing to evaluate.
     ///
-    /// An interval owns its start, where the local coordinate is exactly −1. Cost: a binary search
-    /// over the intervals, then about (4 + 6 AXES) (N + 1) multiplications and additions.
+    /// An interval owns its start, where the local coordinate is exactly −1. Cost: at most a binary
+    /// search over the intervals, then about (4 + 6 AXES) (N + 1) multiplications and additions.
     #[inline]
     pub fn sample<const AXES: usize>(
         &self,

@@ -172,7 +172,9 @@ impl Axis {
         }
         let asked = self.client.pending();
         if let Some(answer) = self.client.tick(self.times.sdo_ticks) {
-            self.silent_at = asked;
+            if matches!(self.stage, Stage::Setup { .. }) {
+                self.silent_at = asked;
+            }
             self.answered(answer);
         }
         if self.trouble.is_some() {
@@ -289,6 +291,7 @@ impl Axis {
     /// Ends a trouble, or else the drive's fault, if it is in one now.
     pub(super) fn request_reset(&mut self) {
         if self.trouble.take().is_some() {
+            self.silent_at = None;
             self.set_up();
         } else if self.state() == Some(DriveState::Fault) {
             self.reset.request();

@@ -159,7 +159,7 @@ impl<const AXES: usize> Executor<AXES> {
         }
         self.reset_drives = true;
         if self.state == State::Fault {
-            // A fault between two ticks may not have been seen by one yet.
+            // The next tick would, but a fault between two ticks may not have been seen by one yet.
             self.close_record();
             self.fault.empty_out();
             self.dry_run = false;

@@ -79,7 +79,7 @@ impl<M, F: Flash> Reach<'_, M, F> {
         // Before the drive loop is left without the executor, and when it cannot change any more.
         self.machine.with(|m| m.executor.allows(work.command()))?;
         let store = &mut *self.store;
-        self.machine.at_rest(|m| work.done(m, store))
+        self.machine.at_rest(|m| work.carry_out(m, store))
     }
 
     /// Obeys an order.

@@ -20,7 +20,6 @@ pub(super) enum Work<'a> {
 }
 
 /// What of a configuration is new, and stored.
-#[derive(Clone, Copy, PartialEq)]
 pub(super) enum Kept {
     Limits,
     Config,
@@ -39,7 +38,7 @@ impl Work<'_> {
     }
 
     /// Does it, if the executor's state allows it.
-    pub(super) fn done<const AXES: usize, F: Flash>(
+    pub(super) fn carry_out<const AXES: usize, F: Flash>(
         self,
         machine: &mut Machine<AXES>,
         store: &mut Store<F>,

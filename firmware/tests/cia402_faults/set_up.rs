@@ -1,7 +1,7 @@
 //! Drives that refuse their set-up, or are not what they should be.
 
 use crate::cia402_sim::drive::{Drive, Pds};
-use crate::cia402_sim::{Rig, START_COUNTS, axis_drive, every, one};
+use crate::cia402_sim::{Rig, START_COUNTS, axis_drive, every, one, three_on_one_bus};
 use crate::{fault, statuses};
 use stillpoint_firmware::DriveStatus;
 use stillpoint_firmware::cia402::{Stage, Trouble};
@@ -117,6 +117,18 @@ fn a_mode_that_is_not_taken_up_is_told_and_never_enabled() {
     }
     assert_eq!(statuses(feedback), [DriveStatus::Disabled]);
     assert_eq!(rig.drive(0, |drive| drive.state), Pds::SwitchOnDisabled);
+}
+
+#[test]
+fn a_drive_that_is_switched_on_late_is_set_up_without_a_clear() {
+    let mut rig = three_on_one_bus();
+    rig.drive(1, |drive| drive.power_off());
+    let silent = statuses(rig.off_for_ms(1_000));
+    let off = DriveStatus::Disabled;
+    assert_eq!(silent, [off, fault(seen::NO_ANSWER), off]);
+    rig.drive(1, |drive| drive.power_on());
+    assert_eq!(statuses(rig.off_for_ms(1_000)), [off; 3]);
+    assert_eq!(rig.report(1).stage, Stage::Operational);
 }
 
 #[test]

@@ -119,6 +119,18 @@ fn what_does_not_fit_is_dropped_and_counted_and_delays_no_response() {
         sent.len() + waiting.len() + status.link.dropped as usize,
         made
     );
+    assert_eq!(waiting.len(), 8);
+    let kept = sent.iter().filter_map(|(_, message)| match message {
+        Message::Telemetry(sample) => Some(sample.tick),
+        _ => None,
+    });
+    let ticks: Vec<_> = kept
+        .chain(waiting.iter().map(|(_, sample)| sample.tick))
+        .collect();
+    assert!(
+        ticks.windows(2).all(|pair| pair[1] == pair[0] + 1),
+        "{ticks:?}"
+    );
     // The next sample tells.
     rig.tick(1);
     let next = &rig.telemetry()[0].1;

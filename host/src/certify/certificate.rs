@@ -1,5 +1,6 @@
 //! What a certificate says.
 
+use super::plants::PlantProofs;
 use serde::{Deserialize, Serialize};
 use stillpoint_shared::{Interval, LIMIT_TOLERANCE, time};
 
@@ -145,6 +146,8 @@ pub struct Certificate {
     pub limits_hash: u64,
     /// Axis by axis and output by output.
     pub proofs: Vec<Proof>,
+    /// What holds for the other plants of a robust move, one by one.
+    pub plants: Vec<PlantProofs>,
 }
 
 impl Certificate {

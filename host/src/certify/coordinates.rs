@@ -1,5 +1,7 @@
 //! The machine's coordinates as shipped beside a trajectory: what elastic displacement and stress depend on.
 
+use super::CertifyError;
+use crate::machine::Plant;
 use crate::ocp::Solution;
 use serde::{Deserialize, Serialize};
 use stillpoint_shared::Trajectory;
@@ -14,16 +16,21 @@ pub struct Coordinates {
 }
 
 impl Coordinates {
-    /// The coordinates of a solution of a move with `axes` axes: states are torques, coordinates, rates.
+    /// `count` states of a solution from state `first_state` on.
     #[must_use]
-    pub fn of(solution: &Solution, axes: usize) -> Self {
-        let count = (solution.states.nrows() - axes) / 2;
+    pub fn of(solution: &Solution, first_state: usize, count: usize) -> Self {
         let mut values = Vec::new();
         let mut first = 0;
         for rule in &solution.rules {
             for node in first..=first + rule.points() {
                 let state = solution.states.column(node);
-                values.extend(state.iter().skip(axes).take(count).map(|&q| q as f32));
+                values.extend(
+                    state
+                        .iter()
+                        .skip(first_state)
+                        .take(count)
+                        .map(|&q| q as f32),
+                );
             }
             first += rule.points();
         }
@@ -33,9 +40,21 @@ impl Coordinates {
         }
     }
 
-    /// How many values go with a trajectory.
-    pub(super) fn expected(&self, trajectory: &Trajectory) -> usize {
+    /// Whether they go with a trajectory of a machine.
+    pub(super) fn check(
+        &self,
+        trajectory: &Trajectory,
+        plant: &dyn Plant,
+    ) -> Result<(), CertifyError> {
+        let (found, machine) = (usize::from(self.count), plant.coordinate_count());
+        if found != machine {
+            return Err(CertifyError::CoordinateCount { found, machine });
+        }
         let rows: usize = trajectory.intervals().map(|i| i.points + 1).sum();
-        rows * usize::from(self.count)
+        let (found, expected) = (self.values.len(), rows * machine);
+        if found != expected {
+            return Err(CertifyError::Coordinates { found, expected });
+        }
+        Ok(())
     }
 }

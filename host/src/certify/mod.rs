@@ -12,14 +12,16 @@ mod certificate;
 mod coordinates;
 mod outputs;
 mod peak;
+mod plants;
 mod playing;
 mod table;
 mod verify;
 
 pub use certificate::{Certificate, IntervalPeak, Limited, Proof};
 pub use coordinates::Coordinates;
-pub use table::HEADINGS;
-pub use verify::{VerifyError, verify};
+pub use plants::{PlantError, PlantProofs, Simulated, certify_plants, left_after};
+pub use table::{HEADINGS, PLANT_HEADINGS};
+pub use verify::{VerifyError, verify, verify_move};
 
 use crate::machine::Plant;
 use crate::movefile::Limits;
@@ -78,7 +80,7 @@ pub fn limits_hash(limits: &Limits, plant: &dyn Plant) -> Result<u64, LimitsErro
     Ok(hash::of(&(&axes, &limits.outputs)))
 }
 
-/// Bounds every limit over every interval.
+/// Bounds every limit over every interval, for the plant that the trajectory was planned for; of others see [`certify_plants`].
 ///
 /// The limits of the axes are those of the board, in f32. A limit that does not hold is no error: the certificate says so.
 ///
@@ -98,24 +100,8 @@ pub fn certify(
             machine,
         });
     }
-    let (found, machine) = (usize::from(coordinates.count), plant.coordinate_count());
-    if found != machine {
-        return Err(CertifyError::CoordinateCount { found, machine });
-    }
-    let (found, expected) = (coordinates.values.len(), coordinates.expected(trajectory));
-    if found != expected {
-        return Err(CertifyError::Coordinates { found, expected });
-    }
-    let mut pieces: Vec<Pieces> = Vec::new();
-    for (interval, span) in trajectory.intervals().enumerate() {
-        let points = span.points;
-        if pieces.iter().all(|known| known.points() != points) {
-            let new = Pieces::new(points);
-            pieces.push(new.map_err(|_| {
-                CertifyError::Trajectory(TrajectoryError::Points { interval, points })
-            })?);
-        }
-    }
+    coordinates.check(trajectory, plant)?;
+    let pieces = pieces_of(trajectory)?;
     let axes = board.axes().iter().enumerate();
     let mut proofs: Vec<Proof> = axes
         .flat_map(|(axis, limits)| axes::prove(trajectory, &pieces, axis, limits))
@@ -127,7 +113,23 @@ pub fn certify(
         trajectory_hash: trajectory.header().content_hash,
         limits_hash: limits_hash(limits, plant).map_err(CertifyError::Limits)?,
         proofs,
+        plants: Vec::new(),
     })
+}
+
+/// What bounds polynomials on every number of points in use.
+fn pieces_of(trajectory: &Trajectory) -> Result<Vec<Pieces>, CertifyError> {
+    let mut pieces: Vec<Pieces> = Vec::new();
+    for (interval, span) in trajectory.intervals().enumerate() {
+        let points = span.points;
+        if pieces.iter().all(|known| known.points() != points) {
+            let new = Pieces::new(points);
+            pieces.push(new.map_err(|_| {
+                CertifyError::Trajectory(TrajectoryError::Points { interval, points })
+            })?);
+        }
+    }
+    Ok(pieces)
 }
 
 #[cfg(test)]

@@ -48,6 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
                     "trajectory_hash": format!("{:016x}", section.certificate.trajectory_hash),
                     "limits_hash": format!("{:016x}", section.certificate.limits_hash),
                     "certified": section.certificate.is_certified(),
+                    "plants": section.certificate.plants.iter().map(|plant| &plant.name).collect::<Vec<_>>(),
                 }),
                 Err(SectionError::Missing) => json!(null),
                 Err(error) => json!({"status": "damaged", "bytes": section_bytes, "message": error.to_string()}),
@@ -74,11 +75,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         );
     }
     text += &match section {
-        Ok(section) => format!(
-            "  certificate of {section_bytes} bytes by version {}, not verified here: {}\n",
-            section.certificate.tool,
-            section.certificate.verdict()
-        ),
+        Ok(section) => {
+            let plants = section.certificate.plants_in_words();
+            format!(
+                "  certificate of {section_bytes} bytes by version {}, not verified here: {}\n{}",
+                section.certificate.tool,
+                section.certificate.verdict(),
+                plants.map_or_else(String::new, |words| format!("  {words}\n"))
+            )
+        }
         Err(error) => format!("  {error}\n"),
     };
     output::text(&text)

@@ -188,7 +188,12 @@ fn success(plan: &Plan, out: &Path, total: Duration) -> Value {
 
 /// What a failed command says in JSON.
 pub(super) fn failed(failure: &(dyn std::error::Error + 'static), total: Duration) -> Value {
-    let mut object = match failure.downcast_ref::<PlanError>() {
+    let failure_of_plan = failure.downcast_ref::<PlanError>();
+    let failure_of_plan = match failure_of_plan {
+        Some(PlanError::TooFarApart { unsolved, .. }) => Some(unsolved.as_ref()),
+        other => other,
+    };
+    let mut object = match failure_of_plan {
         Some(PlanError::Unsolved(diagnosis, spent)) => {
             let mut object = effort(spent, total);
             let worst = diagnosis.worst.as_ref().map(|v| {
@@ -205,7 +210,8 @@ pub(super) fn failed(failure: &(dyn std::error::Error + 'static), total: Duratio
         Some(
             PlanError::Missed { effort: spent, .. }
             | PlanError::Check { effort: spent, .. }
-            | PlanError::NotCertified { effort: spent, .. },
+            | PlanError::NotCertified { effort: spent, .. }
+            | PlanError::OtherPlant { effort: spent, .. },
         ) => {
             let mut object = effort(spent, total);
             object["status"] = json!("inaccurate");
@@ -253,12 +259,15 @@ fn words(plan: &Plan, out: &Path, total: Duration) -> String {
     if let Some(refinement) = &plan.refinement {
         text += &format!("  {}\n", refinement.in_words());
     }
-    for line in [
-        plan.section.certificate.verdict(),
-        plan.finer_in_words(),
-        plan.hamiltonian_in_words(),
-        plan.played_in_words(),
-    ] {
+    let certificate = &plan.section.certificate;
+    let lines = [
+        Some(certificate.verdict()),
+        certificate.plants_in_words(),
+        Some(plan.finer_in_words()),
+        Some(plan.hamiltonian_in_words()),
+        Some(plan.played_in_words()),
+    ];
+    for line in lines.into_iter().flatten() {
         text += &format!("  {line}\n");
     }
     text

@@ -1,7 +1,7 @@
 //! `stillpoint report F.spt --move MOVE.toml`
 
 use super::{Failure, output, read_spt, terminal, write_file};
-use crate::certify::{VerifyError, verify};
+use crate::certify::{VerifyError, verify_move};
 use crate::movefile::MoveFile;
 use crate::study::{Document, equal_quintic, play};
 use clap::Args;
@@ -29,7 +29,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = MoveFile::read(&arguments.file)?;
     let spt = read_spt(&arguments.trajectory)?;
     let mut remarks = Vec::new();
-    let certificate = match verify(&spt, &file.limits, file.machine.plant()) {
+    let certificate = match verify_move(&spt, &file) {
         Ok(certificate) => Some(certificate),
         Err(VerifyError::NotCertified(_, certificate)) => Some(*certificate),
         Err(error) => {

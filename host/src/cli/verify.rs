@@ -1,7 +1,7 @@
 //! `stillpoint verify F.spt --move MOVE.toml`
 
 use super::{Failure, output, read_spt};
-use crate::certify::{Certificate, Proof, VerifyError, verify};
+use crate::certify::{Certificate, PlantProofs, Proof, VerifyError, verify_move};
 use crate::movefile::MoveFile;
 use clap::Args;
 use serde_json::{Value, json};
@@ -24,7 +24,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = MoveFile::read(&arguments.file)?;
     let spt = read_spt(&arguments.trajectory)?;
-    let result = verify(&spt, &file.limits, file.machine.plant());
+    let result = verify_move(&spt, &file);
     if let (false, Err(VerifyError::NotCertified(_, certificate))) = (arguments.json, &result) {
         output::text(&certificate.text())?;
     }
@@ -32,11 +32,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.json {
         return output::object(&object(&certificate));
     }
-    output::text(&format!(
-        "{}{}\n",
-        certificate.text(),
-        certificate.verdict()
-    ))
+    let mut text = format!("{}{}\n", certificate.text(), certificate.verdict());
+    text.extend(certificate.plants_in_words().map(|words| words + "\n"));
+    output::text(&text)
 }
 
 /// A certificate in JSON; what could not be bounded is `null`.
@@ -57,6 +55,26 @@ pub(super) fn object(certificate: &Certificate) -> Value {
         })
     };
     let proofs: Vec<Value> = certificate.proofs.iter().map(proof).collect();
+    let plant = |plant: &PlantProofs| {
+        let simulated = plant.simulated.iter().map(|row| {
+            json!({
+                "name": row.name,
+                "unit": row.unit,
+                "limit": row.limit,
+                "value": row.value,
+                "left_after_the_move": row.after,
+            })
+        });
+        json!({
+            "name": plant.name,
+            "holds": plant.broken().is_none(),
+            "message": plant.broken(),
+            "proofs": plant.proofs.iter().map(proof).collect::<Vec<_>>(),
+            "simulated": simulated.collect::<Vec<_>>(),
+            "departure": plant.departure,
+        })
+    };
+    let plants: Vec<Value> = certificate.plants.iter().map(plant).collect();
     json!({
         "status": if certificate.is_certified() { "certified" } else { "not-certified" },
         "message": certificate.verdict(),
@@ -65,6 +83,7 @@ pub(super) fn object(certificate: &Certificate) -> Value {
         "trajectory_hash": format!("{:016x}", certificate.trajectory_hash),
         "limits_hash": format!("{:016x}", certificate.limits_hash),
         "proofs": proofs,
+        "plants": plants,
     })
 }
 

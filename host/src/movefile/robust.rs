@@ -10,6 +10,9 @@ use serde::Deserialize;
 /// Joint angles closer than this are the same.
 const SAME_ANGLE_RAD: f64 = 1e-9;
 
+/// Most plants besides the nominal one: what is stored of them has to fit into a file.
+const MOST_PLANTS: usize = 12;
+
 /// Plants that follow the same commanded joint motion, and what each may ring with afterwards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robust {
@@ -28,6 +31,51 @@ pub struct Scenario {
     pub machine: MachineKind,
     /// Whether the limits hold for it too.
     pub limited: bool,
+    /// Key of the parameter that differs, and how.
+    parameter: String,
+    change: Change,
+}
+
+impl Scenario {
+    /// A plant that differs from the nominal one in a parameter.
+    ///
+    /// # Errors
+    /// [`MachineError`] where the machine has no such parameter, or no machine has its value.
+    pub fn new(
+        nominal: &MachineKind,
+        parameter: &str,
+        change: Change,
+        limited: bool,
+    ) -> Result<Self, MachineError> {
+        Ok(Self {
+            name: match change {
+                Change::Factor(factor) => format!("{parameter} × {factor}"),
+                Change::Value(value) => format!("{parameter} = {value}"),
+            },
+            machine: nominal.changed(parameter, change)?,
+            limited,
+            parameter: parameter.to_owned(),
+            change,
+        })
+    }
+
+    /// The plant on the way from the nominal one to this one, a share of the way from there.
+    ///
+    /// # Errors
+    /// [`MachineError`], hardly: between two machines there are machines.
+    pub fn part_of_the_way(&self, nominal: &MachineKind, share: f64) -> Result<Self, MachineError> {
+        let change = match self.change {
+            // Rounded, for people.
+            Change::Factor(factor) => {
+                Change::Factor(((1.0 + share * (factor - 1.0)) * 1e6).round() / 1e6)
+            }
+            Change::Value(value) => {
+                let from = nominal.parameter(&self.parameter).unwrap_or(value);
+                Change::Value(from + share * (value - from))
+            }
+        };
+        Self::new(nominal, &self.parameter, change, self.limited)
+    }
 }
 
 /// What is measured of a vibration.
@@ -104,6 +152,19 @@ enum Named {
 }
 
 impl Robust {
+    /// The same with every plant a share of the way from the nominal one.
+    ///
+    /// # Errors
+    /// [`MachineError`], hardly: between two machines there are machines.
+    pub fn part_of_the_way(&self, nominal: &MachineKind, share: f64) -> Result<Self, MachineError> {
+        let scenarios = self.scenarios.iter();
+        let nearer = scenarios.map(|scenario| scenario.part_of_the_way(nominal, share));
+        Ok(Self {
+            scenarios: nearer.collect::<Result<_, _>>()?,
+            residuals: self.residuals.clone(),
+        })
+    }
+
     /// Reads the table; the machine stands at both ends.
     pub(super) fn read(
         section: &Section<'_>,
@@ -143,6 +204,7 @@ impl Robust {
                 "the list is empty: name at least one, or leave [robust] out",
             ));
         }
+        check_numbers(section, key, numbers, machine.parameter(&table.parameter))?;
         let limited = |number: &f64| match &table.limits {
             None | Some(LimitedPlants::Named(Named::Nominal)) => false,
             Some(LimitedPlants::Named(Named::All)) => true,
@@ -157,23 +219,20 @@ impl Robust {
             ));
         }
         let scenarios = numbers.iter().map(|&number| {
-            let (change, name) = if key == "factors" {
-                positive_factor(section, number)?;
-                (
-                    Change::Factor(number),
-                    format!("{} × {number}", table.parameter),
-                )
+            let change = if key == "factors" {
+                Change::Factor(number)
             } else {
-                (
-                    Change::Value(number),
-                    format!("{} = {number}", table.parameter),
-                )
+                Change::Value(number)
             };
-            Ok(Scenario {
-                name,
-                machine: other_plant(section, machine, &table.parameter, (key, change), ends)?,
-                limited: limited(&number),
-            })
+            let scenario = Scenario::new(machine, &table.parameter, change, limited(&number));
+            let scenario = scenario.map_err(|error| impossible(section, key, error))?;
+            same_joints(
+                section,
+                &table.parameter,
+                (machine, &scenario.machine),
+                ends,
+            )?;
+            Ok(scenario)
         });
         Ok(Self {
             scenarios: scenarios.collect::<Result<_, Box<Fault>>>()?,
@@ -182,80 +241,132 @@ impl Robust {
     }
 }
 
-fn positive_factor(section: &Section<'_>, factor: f64) -> Result<(), Box<Fault>> {
-    if factor.is_finite() && factor > 0.0 {
-        return Ok(());
+/// Whether numbers make plants of their own; `nominal` is the parameter's value.
+fn check_numbers(
+    section: &Section<'_>,
+    key: &'static str,
+    numbers: &[f64],
+    nominal: Option<f64>,
+) -> Result<(), Box<Fault>> {
+    let wrong = |value: f64, rule: &str| {
+        Err(Fault::new(
+            section.bytes(key),
+            Problem::Value {
+                key: key.into(),
+                value,
+                rule: rule.into(),
+            },
+        ))
+    };
+    for (index, &number) in numbers.iter().enumerate() {
+        let factor = key == "factors";
+        if factor && !(number.is_finite() && number > 0.0) {
+            return wrong(
+                number,
+                "a factor must be a positive number; 1 is the nominal plant",
+            );
+        }
+        if factor && nominal == Some(0.0) {
+            return wrong(
+                number,
+                "the parameter is zero, and stays so times any factor: give `values`",
+            );
+        }
+        if number
+            == if factor {
+                1.0
+            } else {
+                nominal.unwrap_or(f64::NAN)
+            }
+        {
+            return wrong(
+                number,
+                "that is the nominal plant, which is planned for anyway: leave it out",
+            );
+        }
+        if numbers[..index].contains(&number) {
+            return wrong(number, "stands there twice");
+        }
     }
-    Err(Fault::new(
-        section.bytes("factors"),
-        Problem::Value {
-            key: "factors".into(),
-            value: factor,
-            rule: "a factor must be a positive number; 1 is the nominal plant".into(),
-        },
-    ))
+    if numbers.len() > MOST_PLANTS {
+        return Err(Fault::new(
+            section.bytes(key),
+            Problem::Type {
+                key: key.into(),
+                message: format!(
+                    "{} plants are more than the {MOST_PLANTS} that can be planned for: the outermost and a few between them will do",
+                    numbers.len()
+                ),
+            },
+        ));
+    }
+    Ok(())
 }
 
-/// The machine with the parameter changed, if it stands at both ends with its joints where the nominal one has them.
-fn other_plant(
-    section: &Section<'_>,
-    machine: &MachineKind,
-    parameter: &str,
-    (key, change): (&'static str, Change),
-    ends: [(&'static str, &[f64]); 2],
-) -> Result<MachineKind, Box<Fault>> {
-    let other = machine
-        .changed(parameter, change)
-        .map_err(|error| match error {
-            MachineError::UnknownParameter { key, known } => Fault::new(
-                section.bytes("parameter"),
-                Problem::UnknownParameter {
-                    nearest: nearest(&key, &known),
-                    known,
-                    key,
-                },
-            ),
-            MachineError::Parameter {
-                key: changed,
+/// Why there is no such plant.
+fn impossible(section: &Section<'_>, key: &'static str, error: MachineError) -> Box<Fault> {
+    match error {
+        MachineError::UnknownParameter { key, known } => Fault::new(
+            section.bytes("parameter"),
+            Problem::UnknownParameter {
+                nearest: nearest(&key, &known),
+                known,
+                key,
+            },
+        ),
+        MachineError::Parameter {
+            key: changed,
+            value,
+            rule,
+        } => Fault::new(
+            section.bytes(key),
+            Problem::Value {
+                key: changed.into(),
                 value,
-                rule,
-            } => Fault::new(
-                section.bytes(key),
-                Problem::Value {
-                    key: changed.into(),
-                    value,
-                    rule: rule.into(),
-                },
-            ),
-            other => Fault::new(
-                section.bytes(key),
-                Problem::Type {
-                    key: key.into(),
-                    message: other.to_string(),
-                },
-            ),
-        })?;
+                rule: rule.into(),
+            },
+        ),
+        other => Fault::new(
+            section.bytes(key),
+            Problem::Type {
+                key: key.into(),
+                message: other.to_string(),
+            },
+        ),
+    }
+}
+
+/// Whether two plants stand at both ends with their joints and motors at the same angles.
+fn same_joints(
+    section: &Section<'_>,
+    parameter: &str,
+    (machine, other): (&MachineKind, &MachineKind),
+    ends: [(&'static str, &[f64]); 2],
+) -> Result<(), Box<Fault>> {
     let angles = |machine: &MachineKind, pose: &[f64]| {
         let plant = machine.plant();
         plant.joint_angles(&plant.rest(pose))
     };
+    let ratios = [machine, other].map(|machine| machine.plant().reducer_ratio());
+    let mut stand = ratios[0] == ratios[1];
     for (_, pose) in ends {
-        let (here, there) = (angles(machine, pose), angles(&other, pose));
-        let same = |(a, b): (&f64, &f64)| (a - b).abs() < SAME_ANGLE_RAD;
-        if !here.iter().zip(&there).all(same) {
-            return Err(Fault::new(
-                section.bytes("parameter"),
-                Problem::Type {
-                    key: "parameter".into(),
-                    message: format!(
-                        "`{parameter}` changes where the joints stand at the ends, so no commanded motion suits both plants; a \
-                         robust plan is for masses, inertias, stiffness and damping"
-                    ),
-                },
-            ));
-        }
+        let (here, there) = (angles(machine, pose), angles(other, pose));
+        let mut pairs = here.iter().zip(&there);
+        stand &= pairs.all(|(a, b)| (a - b).abs() < SAME_ANGLE_RAD);
     }
-    Ok(other)
+    if stand {
+        return Ok(());
+    }
+    Err(Fault::new(
+        section.bytes("parameter"),
+        Problem::Type {
+            key: "parameter".into(),
+            message: format!(
+                "`{parameter}` changes where the motors stand at the ends, so no commanded motion suits both plants; a robust \
+                 plan is for masses, inertias, stiffness and damping"
+            ),
+        },
+    ))
 }
 
 fn residuals(

@@ -431,7 +431,37 @@ fn refuses_robust_moves_that_cannot_be() {
     assert_eq!(scenarios[1].name, "platform_mass_kg × 1.2");
     assert_eq!(scenarios[1].machine, file.machine.with_payload_factor(1.2));
     assert!(scenarios.iter().all(|scenario| !scenario.limited));
-    let cases: [(&str, &str, &[&str]); 12] = [
+    let cases: [(&str, &str, &[&str]); 18] = [
+        (
+            "\"platform_mass_kg\"",
+            "\"reducer_ratio\"",
+            &["where the motors stand"],
+        ),
+        (
+            "\"platform_mass_kg\"",
+            "\"platform_joint_mass_kg\"",
+            &["factors = 0.8", "zero", "`values`"],
+        ),
+        (
+            "[0.8, 1.2]",
+            "[0.8, 1.2, 0.8]",
+            &["0.8: stands there twice"],
+        ),
+        (
+            "[0.8, 1.2]",
+            "[0.8, 1.0]",
+            &["factors = 1", "the nominal plant"],
+        ),
+        (
+            "factors = [0.8, 1.2]",
+            "values = [2.0, 2.55]",
+            &["values = 2.55", "the nominal plant"],
+        ),
+        (
+            "[0.8, 1.2]",
+            "[0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6]",
+            &["13 plants", "12"],
+        ),
         (
             "\"platform_mass_kg\"",
             "\"platform_mas_kg\"",
@@ -444,7 +474,7 @@ fn refuses_robust_moves_that_cannot_be() {
         (
             "\"platform_mass_kg\"",
             "\"link_length_m\"",
-            &["where the joints stand"],
+            &["where the motors stand"],
         ),
         ("[0.8, 1.2]", "[]", &["`factors`", "empty"]),
         (

@@ -95,6 +95,14 @@ impl<'a> Attempt<'a> {
         }
     }
 
+    /// The same at another problem, of another file.
+    pub(super) fn at<'b>(&self, file: &'b MoveFile, problem: OptimalControlProblem) -> Attempt<'b>
+    where
+        'a: 'b,
+    {
+        Attempt::new(file, problem, self.solver, self.progress, self.margin)
+    }
+
     fn everywhere(&self) -> bool {
         self.file.solver.limits == LimitsAt::Everywhere
     }

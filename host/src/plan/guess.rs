@@ -15,22 +15,26 @@ fn quintic(s: f64) -> [f64; 3] {
     ]
 }
 
-/// Undeformed machine moving along a quintic in `duration_s`; torques and torque rates zero.
+/// Undeformed machine, and with it every other plant of a robust move, moving along a quintic in `duration_s`; torques, torque
+/// rates and commanded accelerations zero.
 #[must_use]
 pub fn quintic_guess(file: &MoveFile, duration_s: f64) -> Guess {
     let plant = file.machine.plant();
     let (from, to) = (plant.rest(&file.from), plant.rest(&file.to));
     let axes = plant.axis_count();
+    let others = file.robust.as_ref().map(|robust| robust.scenarios.len());
     Guess::new(duration_s, move |share| {
         let [s, slope, _] = quintic(share);
+        let ends = || from.iter().zip(&to);
+        let positions = ends().map(|(a, b)| a + s * (b - a));
+        let rates = ends().map(|(a, b)| slope * (b - a) / duration_s);
+        let motion: Vec<f64> = positions.chain(rates).collect();
         let mut state = vec![0.0; axes];
-        state.extend(from.iter().zip(&to).map(|(a, b)| a + s * (b - a)));
-        state.extend(
-            from.iter()
-                .zip(&to)
-                .map(|(a, b)| slope * (b - a) / duration_s),
-        );
-        (state, vec![0.0; axes])
+        for _ in 0..=others.unwrap_or(0) {
+            state.extend(&motion);
+        }
+        let controls = if others.is_some() { 2 * axes } else { axes };
+        (state, vec![0.0; controls])
     })
 }
 

@@ -9,8 +9,9 @@ mod guess;
 mod played;
 mod problem;
 mod refinement;
-mod ringing;
 mod robust;
+mod spread;
+mod stillness;
 mod trajectory;
 mod ways;
 
@@ -21,11 +22,11 @@ pub use guess::{quintic_guess, rigid_duration_s};
 pub use played::{Played, PlayedError};
 pub use problem::move_problem;
 pub use refinement::{Refinement, Shortfall};
-pub use robust::{nominal_part, robust_guess, robust_problem};
+pub use robust::{nominal_part, robust_problem};
 pub use trajectory::{ConversionError, trajectory};
 
-use crate::certify::{Certificate, CertifyError, Coordinates, certify};
-use crate::movefile::{LimitsAt, MoveFile, Robust};
+use crate::certify::{Certificate, CertifyError, Coordinates, PlantError, certify, certify_plants};
+use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{Iteration, NlpSolver, Status};
 use crate::ocp::{Hamiltonian, Mesh, OptimalControlProblem, Solution};
 use crate::simulate::modes::ModesError;
@@ -206,9 +207,30 @@ pub enum PlanError {
     /// The answer does not fit the board.
     #[error(transparent)]
     Conversion(#[from] ConversionError),
-    /// A plant of a robust move cannot follow the nominal one.
-    #[error("no robust plan: following the motion that is planned for the nominal plant, {0}")]
-    Follow(#[from] OdeError),
+    /// Another plant of a robust move exceeds a bound.
+    #[error(
+        "the plan does not hold: {broken}{suits}. Try a finer mesh ([mesh] intervals, points), allow more to be left, or name \
+         plants nearer to the nominal one"
+    )]
+    OtherPlant {
+        /// What is how much, of how much, with which plant.
+        broken: String,
+        /// Which plants are as still as they have to be.
+        suits: String,
+        /// What was spent.
+        effort: Box<Effort>,
+    },
+    /// The solver converged for plants that are nearer to the nominal one than those of the file, if at all.
+    #[error("{unsolved}\n  {instead}")]
+    TooFarApart {
+        /// How it ended for those of the file.
+        unsolved: Box<Self>,
+        /// What there is a plan for.
+        instead: String,
+    },
+    /// A plant of a robust move cannot follow what is planned.
+    #[error("the plan does not hold: {0}")]
+    Plant(#[from] PlantError),
     /// A plant of a robust move has no modes at the goal.
     #[error("no bound on what is left after the move: {0}")]
     Modes(#[from] ModesError),
@@ -277,25 +299,25 @@ fn plan_on_mesh(
     let attempt = Attempt::new(file, problem(file)?, solver, progress, MARGIN);
     effort.intervals = file.mesh.intervals;
     effort.setup += started.elapsed();
-    let mut solved = match &file.robust {
-        None => from_first_guesses(file, &attempt, &mut effort, beside)?,
-        Some(robust) => {
-            let nominal = Attempt::new(file, move_problem(file), solver, progress, MARGIN);
-            let nominal = from_first_guesses(file, &nominal, &mut effort, beside)?;
-            from_nominal(file, robust, &attempt, &nominal, &mut effort, beside)?
+    let solved = from_first_guesses(file, &attempt, &mut effort, beside);
+    let mut solved = match (&file.robust, solved) {
+        (Some(robust), Err(failure)) if failure.worth_another_way().is_some() => {
+            spread::from_the_nominal_plant(&attempt, robust, &mut effort, beside)?
         }
+        (_, solved) => solved?,
     };
     let refinement = (file.mesh.refine)
         .map(|tolerance| refinement::refine(&attempt, &mut solved, tolerance, &mut effort, beside))
         .transpose()?;
-    let mut shipped = Shipped::of(file, &nominal_part(file, &solved.solution))?;
+    let mut shipped = Shipped::of(file, &solved.solution)?;
+    let narrower = stillness::drawn_in(&attempt, &mut solved, &mut shipped, &mut effort, beside)?;
     let mut margin = MARGIN;
     for _ in 0..WIDER_MARGINS {
         let Some(wider) = shipped.wider_margin(file, margin) else {
             break;
         };
         margin = wider;
-        let attempt = Attempt::new(file, problem(file)?, solver, progress, margin);
+        let attempt = Attempt::new(&narrower, problem(&narrower)?, solver, progress, margin);
         solved = match attempt.rounds(solved.clone(), &mut effort, beside) {
             Ok(again) => again,
             Err(diagnosis) if diagnosis.status == Status::Stopped => {
@@ -303,7 +325,7 @@ fn plan_on_mesh(
             }
             Err(_) => break,
         };
-        shipped = Shipped::of(file, &nominal_part(file, &solved.solution))?;
+        shipped = Shipped::of(file, &solved.solution)?;
     }
     let plan = checked(file, beside, solved, shipped, effort)?;
     Ok(Plan { refinement, ..plan })
@@ -317,22 +339,6 @@ fn problem(file: &MoveFile) -> Result<OptimalControlProblem, PlanError> {
     })
 }
 
-/// Solves for all plants from the solution for the nominal one.
-fn from_nominal(
-    file: &MoveFile,
-    robust: &Robust,
-    attempt: &Attempt<'_>,
-    nominal: &Solved,
-    effort: &mut Effort,
-    beside: &mut Beside<'_, '_>,
-) -> Result<Solved, PlanError> {
-    let guess = robust_guess(file, robust, &nominal.solution)?;
-    let left = file.solver.max_iterations.saturating_sub(effort.iterations);
-    let mesh = nominal.solution.mesh.clone();
-    let solved = attempt.solve(mesh, &guess, left, effort, beside);
-    solved.map_err(|diagnosis| PlanError::unsolved(diagnosis, effort))
-}
-
 /// Solves from one first guess after the other.
 fn from_first_guesses(
     file: &MoveFile,
@@ -344,7 +350,8 @@ fn from_first_guesses(
     let mut failure = None;
     for (index, slowness) in GUESS_SLOWNESS.into_iter().enumerate() {
         let left = file.solver.max_iterations.saturating_sub(effort.iterations);
-        let last = index + 1 == GUESS_SLOWNESS.len();
+        // Of a robust move there is another way.
+        let last = index + 1 == GUESS_SLOWNESS.len() && file.robust.is_none();
         let iterations = left.min(if last {
             ITERATIONS_OF_LAST_GUESS
         } else {
@@ -378,7 +385,8 @@ impl PlanError {
                 .then_some((Failure::Unsolved, effort.as_ref())),
             Self::NotCertified { effort, .. }
             | Self::Check { effort, .. }
-            | Self::Missed { effort, .. } => Some((Failure::Untrue, effort)),
+            | Self::Missed { effort, .. }
+            | Self::OtherPlant { effort, .. } => Some((Failure::Untrue, effort)),
             _ => None,
         }
     }
@@ -397,11 +405,23 @@ struct Shipped {
 }
 
 impl Shipped {
+    /// Of a solution for all plants.
     fn of(file: &MoveFile, solution: &Solution) -> Result<Self, PlanError> {
         let plant = file.machine.plant();
-        let trajectory = trajectory(plant, &file.limits, solution, 1)?;
-        let coordinates = Coordinates::of(solution, plant.axis_count());
-        let certificate = certify(&trajectory, &coordinates, &file.limits, plant)?;
+        let (axes, n) = (plant.axis_count(), plant.coordinate_count());
+        let nominal = nominal_part(file, solution);
+        let trajectory = trajectory(plant, &file.limits, &nominal, 1)?;
+        let coordinates = Coordinates::of(&nominal, axes, n);
+        let mut certificate = certify(&trajectory, &coordinates, &file.limits, plant)?;
+        if let Some(robust) = &file.robust {
+            let scenarios = robust.scenarios.iter().enumerate();
+            let own = scenarios.map(|(index, scenario)| {
+                let first = axes + 2 * n * (1 + index);
+                (scenario.limited).then(|| Coordinates::of(solution, first, n))
+            });
+            let own = own.collect();
+            certificate.plants = certify_plants(file, robust, &trajectory, own)?;
+        }
         Ok(Self {
             trajectory,
             coordinates,
@@ -441,6 +461,7 @@ fn checked(
             effort: Box::new(effort),
         });
     }
+    stillness::check(file, &shipped, &effort)?;
     let nominal = nominal_part(file, &solved.solution);
     let miss = end_miss(&move_problem(file), &nominal);
     let played = played(file, &shipped.trajectory);

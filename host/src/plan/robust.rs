@@ -11,21 +11,15 @@
 //! depend on its own states and on α alone: the structure of the derivatives shows one block for each plant.
 
 use super::problem::{move_problem, path_rows, states};
-use super::ringing;
-use crate::machine::{Equations, Machine};
+use crate::machine::Machine;
 use crate::movefile::{MachineKind, MoveFile, Robust, Scenario};
 use crate::ocp::{
-    Bounds, Differentiable, Driven, Guess, OptimalControlProblem, Part, Parts, PathRow, Quantity,
+    Bounds, Differentiable, Driven, OptimalControlProblem, Part, Parts, PathRow, Quantity,
     Solution, Squares,
 };
-use crate::simulate::ideal;
 use crate::simulate::modes::ModesError;
-use crate::simulate::ode::OdeError;
-use crate::simulate::path::JointPath as _;
-use crate::simulate::planned::PlannedPath;
-
-/// Relative accuracy of a guessed motion: far better than it is guessed.
-const GUESS_TOLERANCE: f64 = 1e-6;
+use crate::simulate::ringing::ringing;
+use nalgebra::DMatrix;
 
 /// The problem of a move that suits all plants of `robust`; its bounds on what is left are tight near a solution of it, if
 /// one is given.
@@ -90,17 +84,15 @@ pub fn robust_problem(
             let own = solution.states.column(last);
             own.rows(first, 2 * n).iter().copied().collect::<Vec<f64>>()
         });
-        let (quantities, squares): (Vec<_>, Vec<_>) =
-            ringing::rows(plant, &file.to, &robust.residuals, end.as_deref())?
-                .into_iter()
-                .unzip();
-        let rows = 1 + problem.ends.len()..1 + problem.ends.len() + squares.len();
-        problem
-            .ends
-            .extend(quantities.into_iter().map(|q| Quantity {
-                name: format!("{} left with {}", q.name, scenario.name),
-                ..q
-            }));
+        let left = ringing(plant, &file.to, &robust.residuals)?;
+        let rows = 1 + problem.ends.len()..1 + problem.ends.len() + left.len();
+        problem.ends.extend(left.iter().map(|left| Quantity {
+            name: format!("{} left with {}", left.name, scenario.name),
+            magnitude: Some(left.bound_of_squares()),
+            bounds: Bounds::new(f64::NEG_INFINITY, left.bound_of_squares()),
+        }));
+        let squares = left.iter().map(|left| left.sum_of_squares(end.as_deref()));
+        let squares = squares.collect();
         ends.push(Part {
             function: Box::new(Squares::new(squares, 2 * n)),
             variables: (states + first..states + first + 2 * n).collect(),
@@ -191,46 +183,24 @@ fn rows_of<M: Machine>(machine: &M, file: &MoveFile, scenario: &Scenario) -> Row
     Rows { states, rows, path }
 }
 
-/// A solution for the nominal plant as a first guess for all: every scenario follows its joint motion.
-///
-/// # Errors
-/// [`OdeError`] where a scenario cannot follow.
-pub fn robust_guess(
-    file: &MoveFile,
-    robust: &Robust,
-    nominal: &Solution,
-) -> Result<Guess, OdeError> {
-    let path = PlannedPath::new(file.machine.plant(), nominal);
-    let times_s = nominal.support_times_s();
-    let mut states = nominal.states.clone();
-    for scenario in &robust.scenarios {
-        let plant = scenario.machine.plant();
-        let recording = ideal::simulate_at(plant, &path, &times_s, GUESS_TOLERANCE)?;
-        let (first, n) = (states.nrows(), plant.coordinate_count());
-        states = states.insert_rows(first, 2 * n, 0.0);
-        for (mut column, frame) in states.column_iter_mut().zip(&recording.frames) {
-            let motion = frame.coordinates.iter().chain(&frame.rates);
-            for (slot, value) in column.rows_mut(first, 2 * n).iter_mut().zip(motion) {
-                *slot = *value;
-            }
-        }
-    }
-    let axes = nominal.controls.nrows();
-    let mut controls = nominal.controls.clone().insert_rows(axes, axes, 0.0);
-    let mut equations = Equations::new(file.machine.plant());
-    for (mut column, time_s) in controls.column_iter_mut().zip(&times_s) {
-        let command = path
-            .motion(*time_s, &mut equations)
-            .accelerations_rad_per_s2;
-        for (slot, value) in column.rows_mut(axes, axes).iter_mut().zip(command) {
-            *slot = value;
-        }
-    }
-    Ok(Guess::from_solution(Solution {
-        states,
-        controls,
+/// A solution for the nominal plant as one for all, which move as it does; commanded accelerations zero.
+pub(super) fn with_every_plant(file: &MoveFile, robust: &Robust, nominal: &Solution) -> Solution {
+    let axes = file.machine.plant().axis_count();
+    let (states, points) = nominal.states.shape();
+    let own = states - axes;
+    let count = robust.scenarios.len();
+    Solution {
+        states: DMatrix::from_fn(states + count * own, points, |row, column| {
+            let row = if row < states {
+                row
+            } else {
+                axes + (row - states) % own
+            };
+            nominal.states[(row, column)]
+        }),
+        controls: nominal.controls.clone().insert_rows(axes, axes, 0.0),
         ..nominal.clone()
-    }))
+    }
 }
 
 /// What the largest torque accelerates a joint by at the start of the move, rad/s²: how large commands are.

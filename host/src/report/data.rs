@@ -17,6 +17,8 @@ pub struct Report {
     pub limit_row: Option<SummaryRow>,
     /// What was proved of the trajectory, if anything was.
     pub proofs: Option<Proofs>,
+    /// What holds for other plants that the same motion has to suit.
+    pub plants: Option<Proofs>,
     /// A comparison of planners, if one was made.
     pub tradeoff: Option<super::Tradeoff>,
     /// More tables, in order.

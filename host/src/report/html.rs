@@ -55,7 +55,10 @@ impl Report {
         out.push_str("</header>\n<main>\n");
         self.comparison(&mut out);
         if let Some(proofs) = &self.proofs {
-            proofs.html(&mut out);
+            proofs.html("certificate", "Certificate", &mut out);
+        }
+        if let Some(plants) = &self.plants {
+            plants.html("plants", "Other plants", &mut out);
         }
         if let Some(tradeoff) = &self.tradeoff {
             let _ = writeln!(
@@ -200,7 +203,7 @@ impl Report {
 }
 
 impl Proofs {
-    fn html(&self, out: &mut String) {
+    fn html(&self, id: &str, title: &str, out: &mut String) {
         let warning = if self.certified {
             ""
         } else {
@@ -208,8 +211,8 @@ impl Proofs {
         };
         let _ = write!(
             out,
-            "<section id=\"certificate\">\n<h2>Certificate</h2>\n<p>{warning}{}</p>\n\
-             <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Certificate\">\n<table>\n<thead><tr>",
+            "<section id=\"{id}\">\n<h2>{title}</h2>\n<p>{warning}{}</p>\n\
+             <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{title}\">\n<table>\n<thead><tr>",
             Text(&self.verdict)
         );
         let class = |column: usize| if column < 2 { "" } else { " class=\"number\"" };

@@ -156,6 +156,7 @@ fn sample(file: &MoveFile) -> Report {
                 ),
             ],
         }),
+        plants: None,
         rows: vec![
             row(
                 "stillpoint",

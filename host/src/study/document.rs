@@ -1,7 +1,7 @@
 //! A study as people read it: table, figures and notes.
 
 use super::run::{Run, limit_row};
-use crate::certify::{Certificate, HEADINGS};
+use crate::certify::{Certificate, HEADINGS, PLANT_HEADINGS, PlantProofs};
 use crate::movefile::{LimitsAt, MoveFile, PAPER_MOVE};
 use crate::plan::Plan;
 use crate::report::{
@@ -54,6 +54,16 @@ fn proofs(certificate: &Certificate) -> Proofs {
     }
 }
 
+fn plants(certificate: &Certificate) -> Option<Proofs> {
+    let rows = certificate.plants.iter().flat_map(PlantProofs::cells);
+    Some(Proofs {
+        verdict: certificate.plants_in_words()?,
+        certified: certificate.plants.iter().all(|p| p.broken().is_none()),
+        headings: PLANT_HEADINGS.map(str::to_owned).to_vec(),
+        rows: rows.map(|(cells, holds)| (cells.to_vec(), holds)).collect(),
+    })
+}
+
 impl Document<'_> {
     /// The table for a terminal.
     #[must_use]
@@ -93,6 +103,7 @@ impl Document<'_> {
             rows: self.rows.clone(),
             limit_row: Some(limit_row(self.file)),
             proofs: self.certificate.map(proofs),
+            plants: self.certificate.and_then(plants),
             figures: self.figures(),
             notes: self.notes(),
             parameters: parameters_of(self.file),

@@ -57,7 +57,7 @@ pub enum ConfigError {
         /// Axes of the executor.
         executor: u8,
     },
-    /// A number is not finite, negative, zero where it must be positive, or too large.
+    /// A number is not finite, too small or too large.
     Value {
         /// Which.
         field: ConfigField,
@@ -87,7 +87,7 @@ impl fmt::Display for ConfigError {
             }
             Self::Value { field, value, most } => write!(
                 f,
-                "{field} is {value}: give a number from 0 (period and ramp: above it) to {most}"
+                "{field} is {value}: give a number from 0 (ramp_s: 0.001, period_ticks: 1) to {most}"
             ),
             Self::Period {
                 given_ticks,

@@ -14,9 +14,9 @@ pub enum DriveStatus {
     Disabled,
     /// Follows its set-points.
     Enabled,
-    /// Has stopped by itself, until `clear`.
+    /// Has stopped by itself, or cannot be used; until `clear`, or until it answers.
     Fault {
-        /// The drive's own code; [`drive_error::words`] says what it means.
+        /// The drive's own code, or one of [`drive_error::seen`]; [`drive_error::words`] says what it means.
         code: u16,
     },
 }
@@ -28,8 +28,9 @@ impl fmt::Display for DriveStatus {
             Self::Enabled => f.write_str("on"),
             Self::Fault { code } => write!(
                 f,
-                "in fault {code:#06x}, {}: remove the cause, then clear",
-                drive_error::words(code)
+                "in fault {code:04X}h, {}; {}",
+                drive_error::words(code),
+                drive_error::cure(code)
             ),
         }
     }

@@ -25,11 +25,11 @@ pub enum FaultCause {
     EmergencyStop,
     /// The bus to the drives failed as a whole.
     ExchangeFailed,
-    /// A drive stopped by itself.
+    /// A drive stopped by itself, or the board sees that it cannot be used.
     DriveFault {
         /// Axis, from 0.
         axis: u8,
-        /// The drive's own code.
+        /// The drive's own code, or one of [`drive_error::seen`].
         code: u16,
     },
     /// A drive stopped following its set-points without saying why.
@@ -124,8 +124,9 @@ impl fmt::Display for FaultCause {
             Self::DriveFault { axis, code } => {
                 write!(
                     f,
-                    "the drive of axis {axis} is in fault {code:#06x}, {}: remove the cause, then clear",
+                    "the drive of axis {axis} is in fault {code:04X}h, {}; {}",
                     drive_error::words(code),
+                    drive_error::cure(code),
                     axis = ordinal(axis)
                 )
             }

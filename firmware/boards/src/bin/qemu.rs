@@ -36,7 +36,7 @@ mod app {
     use super::board::bench_port::{self, BenchReceiver, BenchTransmitter};
     use super::board::ram_flash::{self, Sectors};
     use super::board::serve::{AXES, Diary, Place, RECEIVED, Reach, Server};
-    use super::board::stopwatch::{self, Stopwatch, Watched};
+    use super::board::stopwatch::{self, Stopwatch, Timed};
     use super::board::uart::{self, Receiver};
     use super::board::{build_id, retained, stack, timer};
 
@@ -48,7 +48,7 @@ mod app {
 
     #[local]
     struct Local {
-        drives: Watched<BenchDrives<AXES>>,
+        drives: Timed<BenchDrives<AXES>>,
         actions: Consumer<'static, Action>,
         act: Producer<'static, Action>,
         bench_receiver: BenchReceiver,
@@ -103,7 +103,7 @@ mod app {
                 bench,
             },
             Local {
-                drives: Watched::new(drives),
+                drives: Timed::new(drives),
                 actions,
                 act,
                 bench_receiver,
@@ -181,8 +181,8 @@ mod app {
                 state,
                 path_ticks,
                 sent: sent.map(rows),
-                to_setpoint_counts: stopwatch.until(drives.reached_counts),
-                whole_counts: whole_counts.saturating_sub(drives.answer_counts.into()) as u16,
+                to_setpoint_counts: stopwatch.until(drives),
+                whole_counts: whole_counts.saturating_sub(drives.answer_counts) as u16,
             });
             let mut bench = cx.shared.bench;
             bench.lock(|bench| bench.send(&record));

@@ -5,6 +5,7 @@
     .thumb
 
     .section .text.memory_copy, "ax", %progbits
+    .p2align 2
     .global __aeabi_memcpy4, __aeabi_memcpy8, __aeabi_memcpy
     .type __aeabi_memcpy4, %function
     .type __aeabi_memcpy8, %function
@@ -26,9 +27,12 @@ __aeabi_memcpy:
     subs    r2, #1
     bne     3b
 4:  bx      lr
+    .size __aeabi_memcpy4, . - __aeabi_memcpy4
+    .size __aeabi_memcpy8, . - __aeabi_memcpy8
     .size __aeabi_memcpy, . - __aeabi_memcpy
 
     .section .text.memory_set, "ax", %progbits
+    .p2align 2
     .global __aeabi_memclr4, __aeabi_memclr8, __aeabi_memclr
     .global __aeabi_memset4, __aeabi_memset8, __aeabi_memset
     .type __aeabi_memclr4, %function
@@ -60,4 +64,9 @@ __aeabi_memset:
     subs    r1, #1
     bne     3b
 4:  bx      lr
+    .size __aeabi_memclr4, . - __aeabi_memclr4
+    .size __aeabi_memclr8, . - __aeabi_memclr8
     .size __aeabi_memclr, . - __aeabi_memclr
+    .size __aeabi_memset4, . - __aeabi_memset4
+    .size __aeabi_memset8, . - __aeabi_memset8
+    .size __aeabi_memset, . - __aeabi_memset

@@ -10,10 +10,7 @@ use super::timer::{PERIOD_COUNTS, elapsed_counts};
 /// Measures a tick from its beginning, and not from when it was due: in the emulator, whose time is
 /// the host's while it waits, it may begin late.
 #[derive(Debug)]
-pub struct Stopwatch {
-    begun_counts: u32,
-    away_counts: u32,
-}
+pub struct Stopwatch(u32);
 
 /// Counts in interrupts of the tick, which are none of its work.
 static AWAY_COUNTS: AtomicU32 = AtomicU32::new(0);
@@ -28,14 +25,17 @@ pub fn away(act: impl FnOnce()) {
     AWAY_COUNTS.store(before.wrapping_add(counts.into()), Ordering::Relaxed);
 }
 
+/// A reading of the timer from which no interrupt of the tick takes anything. Only differences within a period mean
+/// anything.
+fn own_counts() -> u32 {
+    u32::from(elapsed_counts()).wrapping_sub(AWAY_COUNTS.load(Ordering::Relaxed))
+}
+
 impl Stopwatch {
     /// The tick begins. Should the next one be due already, it is left out.
     pub fn start() -> Self {
         SCB::clear_pendst();
-        Self {
-            begun_counts: elapsed_counts().into(),
-            away_counts: AWAY_COUNTS.load(Ordering::Relaxed),
-        }
+        Self(own_counts())
     }
 
     /// Counts since the beginning, less than two periods.
@@ -45,32 +45,27 @@ impl Stopwatch {
         } else {
             0
         };
-        let away_counts = AWAY_COUNTS
-            .load(Ordering::Relaxed)
-            .wrapping_sub(self.away_counts);
-        (u32::from(elapsed_counts()) + later)
-            .saturating_sub(self.begun_counts)
-            .saturating_sub(away_counts)
+        own_counts().wrapping_add(later).wrapping_sub(self.0)
     }
 
-    /// Counts from the beginning to a reading of [`elapsed_counts`] in the same period.
-    pub fn until(&self, elapsed_counts: u16) -> u16 {
-        u32::from(elapsed_counts).saturating_sub(self.begun_counts) as u16
+    /// Counts from the beginning to when the drives were told something.
+    pub fn until<D>(&self, drives: &Timed<D>) -> u16 {
+        drives.reached_counts.wrapping_sub(self.0) as u16
     }
 }
 
 /// Drives, and when they were last told something.
 #[derive(Debug)]
-pub struct Watched<D> {
+pub struct Timed<D> {
     /// The drives.
     pub group: D,
-    /// [`elapsed_counts`] when the latest set-points were handed over.
-    pub reached_counts: u16,
+    /// [`own_counts`] when the latest set-points were handed over.
+    reached_counts: u32,
     /// Counts until the drives had answered.
-    pub answer_counts: u16,
+    pub answer_counts: u32,
 }
 
-impl<D> Watched<D> {
+impl<D> Timed<D> {
     pub fn new(group: D) -> Self {
         Self {
             group,
@@ -80,13 +75,13 @@ impl<D> Watched<D> {
     }
 }
 
-impl<const N: usize, D: DriveGroup<N>> DriveGroup<N> for Watched<D> {
+impl<const N: usize, D: DriveGroup<N>> DriveGroup<N> for Timed<D> {
     type Error = D::Error;
 
     fn exchange(&mut self, setpoints: &[Setpoint; N]) -> Result<[Feedback; N], D::Error> {
-        self.reached_counts = elapsed_counts();
+        self.reached_counts = own_counts();
         let answer = self.group.exchange(setpoints);
-        self.answer_counts = elapsed_counts().saturating_sub(self.reached_counts);
+        self.answer_counts = own_counts().wrapping_sub(self.reached_counts);
         answer
     }
 

@@ -306,12 +306,11 @@ fn a_board_of_another_version_opens_no_session() {
     assert!(matches!(error, DeviceError::Versions { .. }), "{error:?}");
 }
 
+/// When something was sent, and which block it was.
+type Sent = (Duration, Option<u8>);
+
 /// A board that takes an upload of three blocks, each answered after `ms`, never the one named `lost`.
-fn upload(
-    window: u8,
-    ms: u64,
-    lost: Option<u8>,
-) -> (Result<u32, DeviceError>, Vec<(Duration, Option<u8>)>) {
+fn upload(window: u8, ms: u64, lost: Option<u8>) -> (Result<u32, DeviceError>, Vec<Sent>) {
     let trajectory = quintic(1, 0.3);
     let tag = Outline::of(&trajectory).tag();
     let mut bits = 0;

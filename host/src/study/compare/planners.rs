@@ -97,14 +97,8 @@ pub fn worst_within_spread(file: &MoveFile, motion: &Motion) -> f64 {
 pub fn with_default_spread(file: &MoveFile, bound: f64) -> Result<MoveFile, String> {
     let payload = file.machine.payload();
     let scenario = |factor: f64| {
-        let machine = file.machine.changed(payload, Change::Factor(factor));
-        machine
-            .map(|machine| Scenario {
-                name: format!("{payload} × {factor}"),
-                machine,
-                limited: false,
-            })
-            .map_err(|error| error.to_string())
+        let change = Change::Factor(factor);
+        Scenario::new(&file.machine, payload, change, false).map_err(|error| error.to_string())
     };
     let outputs = file.machine.plant().outputs();
     let of_kind = |kind| outputs.iter().find(move |output| output.kind == kind);

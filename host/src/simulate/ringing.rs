@@ -11,10 +11,10 @@
 //! whatever the phases; modes of the same frequency swing together and are added up before the root. Damping only makes
 //! it less as long as it does not couple modes; the energy ½ Σ (η̇² + ω²η²) never grows with any damping.
 
+use super::modes::{ModesError, locked};
 use crate::machine::{Equations, Plant};
 use crate::movefile::Residual;
-use crate::ocp::{Affine, Bounds, Quantity};
-use crate::simulate::modes::{ModesError, locked};
+use crate::ocp::Affine;
 use std::f64::consts::TAU;
 
 /// Frequencies that differ by a smaller share than this are the same: their modes drift apart by less over a
@@ -22,7 +22,7 @@ use std::f64::consts::TAU;
 const SAME_FREQUENCY: f64 = 1e-5;
 
 /// Least part that a mode is given of a bound.
-const LEAST_PART: f64 = 0.02;
+const LEAST_PART: f64 = 0.005;
 
 /// A mode at the goal as functions of the end state (q, v).
 struct EndMode {
@@ -33,28 +33,50 @@ struct EndMode {
     rate: Affine,
 }
 
-/// Rows that bound what a plant rings with at the goal: functions of its end state (q, v), with names and bounds. They are
-/// tight near an end state, if one is given.
-pub(super) fn rows(
+/// What is bounded of a plant's vibration at the goal, as a function of its end state (q, v).
+#[derive(Clone, Debug)]
+pub struct Ringing {
+    /// Key of the output, or `energy_j`.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// The bound.
+    pub bound: f64,
+    /// For each frequency two functions whose squares add up to the square of its amplitude; of the energy, to its part.
+    pairs: Vec<Vec<Affine>>,
+    /// Whether the squares are the energy itself.
+    energy: bool,
+}
+
+/// What bounds on a plant's vibration at the goal come to.
+///
+/// # Errors
+/// [`ModesError`] where the plant is singular at the goal.
+pub fn ringing(
     plant: &dyn Plant,
     goal: &[f64],
     residuals: &[(Residual, f64)],
-    near: Option<&[f64]>,
-) -> Result<Vec<(Quantity, Vec<Affine>)>, ModesError> {
+) -> Result<Vec<Ringing>, ModesError> {
     let rest = plant.rest(goal);
     let modes = end_modes(plant, &rest)?;
-    let mut rows = Vec::new();
+    let mut all = Vec::new();
     for &(residual, bound) in residuals {
         match residual {
             Residual::Energy => {
                 let half = 0.5_f64.sqrt();
-                let functions = modes.iter().flat_map(|mode| {
-                    [
+                let pairs = modes.iter().map(|mode| {
+                    vec![
                         mode.position.scaled(half * mode.omega_rad_per_s),
                         mode.rate.scaled(half),
                     ]
                 });
-                rows.push((quantity("energy (J)", bound), functions.collect()));
+                all.push(Ringing {
+                    name: "energy_j",
+                    unit: "J",
+                    bound,
+                    pairs: pairs.collect(),
+                    energy: true,
+                });
             }
             Residual::Outputs(kind, unit) => {
                 let slopes: Vec<Vec<f64>> = (modes.iter())
@@ -63,31 +85,22 @@ pub(super) fn rows(
                 let outputs = plant.outputs().into_iter().enumerate();
                 for (index, output) in outputs.filter(|(_, o)| o.kind == kind && o.unit == unit) {
                     let slopes: Vec<f64> = slopes.iter().map(|s| s[index]).collect();
-                    rows.push((
-                        quantity(output.key, bound * bound),
-                        amplitude(&modes, &slopes, near),
-                    ));
+                    all.push(Ringing {
+                        name: output.key,
+                        unit,
+                        bound,
+                        pairs: pairs(&modes, &slopes),
+                        energy: false,
+                    });
                 }
             }
         }
     }
-    Ok(rows)
+    Ok(all)
 }
 
-fn quantity(name: &str, bound: f64) -> Quantity {
-    Quantity {
-        name: name.to_owned(),
-        magnitude: Some(bound),
-        bounds: Bounds::new(f64::NEG_INFINITY, bound),
-    }
-}
-
-/// The functions whose squares add up to a bound on the square of an output's amplitude; `slopes` along the modes, which
-/// rise in frequency.
-///
-/// By Cauchy and Schwarz (Σ A_k)² ≤ Σ A_k²/w_k for all positive parts w_k with Σ w_k = 1, with equality where they are
-/// as the amplitudes A_k.
-fn amplitude(modes: &[EndMode], slopes: &[f64], near: Option<&[f64]>) -> Vec<Affine> {
+/// Pairs of functions for the amplitudes of an output with `slopes` along the modes, which rise in frequency.
+fn pairs(modes: &[EndMode], slopes: &[f64]) -> Vec<Vec<Affine>> {
     let same = |a: &(&EndMode, &f64), b: &(&EndMode, &f64)| {
         b.0.omega_rad_per_s - a.0.omega_rad_per_s <= SAME_FREQUENCY * b.0.omega_rad_per_s
     };
@@ -99,23 +112,64 @@ fn amplitude(modes: &[EndMode], slopes: &[f64], near: Option<&[f64]>) -> Vec<Aff
         };
         let position = sum(&|mode, slope| mode.position.scaled(slope));
         let rate = sum(&|mode, slope| mode.rate.scaled(slope / mode.omega_rad_per_s));
-        position.into_iter().chain(rate).collect::<Vec<_>>()
+        position.into_iter().chain(rate).collect()
     });
-    let together: Vec<Vec<Affine>> = together.collect();
-    let size = |pair: &Vec<Affine>| {
-        let squares = near.map(|end| pair.iter().map(|f| f.at(end).powi(2)).sum::<f64>());
-        squares.map_or(1.0, f64::sqrt)
-    };
-    let sizes: Vec<f64> = together.iter().map(size).collect();
-    let least = (LEAST_PART * sizes.iter().sum::<f64>()).max(f64::MIN_POSITIVE);
-    let all: f64 = sizes.iter().map(|size| size + least).sum();
-    let pairs = together.iter().zip(sizes);
-    pairs
-        .flat_map(|(pair, size)| {
-            let factor = (all / (size + least)).sqrt();
-            pair.iter().map(move |f| f.scaled(factor))
-        })
-        .collect()
+    together.collect()
+}
+
+impl Ringing {
+    /// Sum of the squares of each pair.
+    fn squares(&self, end: &[f64]) -> impl Iterator<Item = f64> {
+        let square = |f: &Affine| f.at(end).powi(2);
+        self.pairs
+            .iter()
+            .map(move |pair| pair.iter().map(square).sum())
+    }
+
+    /// What the plant rings with at most after the end state (q, v): the sum of all amplitudes, or the energy.
+    #[must_use]
+    pub fn left(&self, end: &[f64]) -> f64 {
+        if self.energy {
+            self.squares(end).sum()
+        } else {
+            self.squares(end).map(f64::sqrt).sum()
+        }
+    }
+
+    /// The bound on [`Self::sum_of_squares`].
+    #[must_use]
+    pub fn bound_of_squares(&self) -> f64 {
+        if self.energy {
+            self.bound
+        } else {
+            self.bound * self.bound
+        }
+    }
+
+    /// The functions whose squares add up to what must not exceed [`Self::bound_of_squares`]: a bound on the square of the
+    /// sum of all amplitudes, tight near the end state `near`, if one is given; or the energy.
+    ///
+    /// By Cauchy and Schwarz (Σ A_k)² ≤ Σ A_k²/w_k for all positive parts w_k with Σ w_k = 1, with equality where they are
+    /// as the amplitudes A_k.
+    #[must_use]
+    pub fn sum_of_squares(&self, near: Option<&[f64]>) -> Vec<Affine> {
+        if self.energy {
+            return self.pairs.concat();
+        }
+        let sizes: Vec<f64> = near.map_or_else(
+            || vec![1.0; self.pairs.len()],
+            |end| self.squares(end).map(f64::sqrt).collect(),
+        );
+        let least = (LEAST_PART * sizes.iter().sum::<f64>()).max(f64::MIN_POSITIVE);
+        let all: f64 = sizes.iter().map(|size| size + least).sum();
+        let pairs = self.pairs.iter().zip(sizes);
+        pairs
+            .flat_map(|(pair, size)| {
+                let factor = (all / (size + least)).sqrt();
+                pair.iter().map(move |f| f.scaled(factor))
+            })
+            .collect()
+    }
 }
 
 fn end_modes(plant: &dyn Plant, rest: &[f64]) -> Result<Vec<EndMode>, ModesError> {
