@@ -3,7 +3,7 @@
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use stillpoint::certify::{Coordinates, certify};
+use stillpoint::certify::{Coordinates, Limited, Proof, certify};
 use stillpoint::movefile::MoveFile;
 use stillpoint::simulate::trajectory::board_limits;
 use stillpoint::sptfile::{Section, SectionError, SptFile};
@@ -112,6 +112,9 @@ fn a_good_file_is_verified() {
     assert!((torque["time_s"].as_f64().unwrap() - 0.5).abs() < 1e-3);
 }
 
+/// Words of the refusal, and what is wrong.
+type Change<'a> = (&'a str, fn(&mut Proof));
+
 #[test]
 fn every_reason_not_to_believe_has_its_sentence() {
     let (trajectory, section) = push(19.9);
@@ -181,6 +184,31 @@ fn every_reason_not_to_believe_has_its_sentence() {
     forged.certificate.proofs[2].bound *= 0.9;
     let bytes = encoded(&trajectory, Some(&forged));
     refused("forged", &bytes, AXIS, "differs", "computed anew");
+    // Each figure of it, wrong by itself; the limits' hash is left as it was.
+    let changes: [Change<'_>; 5] = [
+        ("as limit of torque of axis 1", |proof| proof.limit = 25.0),
+        ("as bound of torque of axis 1", |proof| proof.bound -= 0.01),
+        ("as largest value reached of torque", |proof| {
+            proof.reached = 5.0
+        }),
+        ("as largest value played of torque", |proof| {
+            proof.played = Some(19.0)
+        }),
+        ("as bound in the interval named of torque", |proof| {
+            proof.interval = 1
+        }),
+    ];
+    for (words, change) in changes {
+        let mut wrong = section.clone();
+        let mut proofs = wrong.certificate.proofs.iter_mut();
+        change(
+            proofs
+                .find(|proof| proof.limited == Limited::Torque)
+                .unwrap(),
+        );
+        let bytes = encoded(&trajectory, Some(&wrong));
+        refused("wrong", &bytes, AXIS, "differs", words);
+    }
     // A twist that is not the plan's any more.
     let mut moved = section.clone();
     moved.coordinates.values[7] *= 1.5;

@@ -45,19 +45,21 @@ pub enum VerifyError {
     Certify(#[from] CertifyError),
     /// What is stored is not what is computed.
     #[error(
-        "the certificate of version {tool} says {stored:.6e} {unit} for {name}, computed anew it is {computed:.6e} {unit}: the move \
-         file describes another machine, or the certificate is wrong; plan the move again"
+        "the certificate of version {tool} says {stored:.6e} {unit} as {what} of {name}, computed anew it is {computed:.6e} {unit}: the \
+         move file describes another machine, or the certificate is wrong; plan the move again"
     )]
     Differs {
         /// Version that made the certificate.
         tool: String,
+        /// Which of its figures.
+        what: &'static str,
         /// Name of the limited quantity.
         name: String,
         /// Its unit.
         unit: String,
-        /// Bound in the certificate.
+        /// Figure in the certificate.
         stored: f64,
-        /// Bound computed.
+        /// Figure computed.
         computed: f64,
     },
     /// The plants of the certificate are not those of the move file's `[robust]`.
@@ -193,8 +195,9 @@ fn compare_proofs(
     computed: &[Proof],
     plant: &str,
 ) -> Result<(), VerifyError> {
-    let differs = |proof: &Proof, stored: f64| VerifyError::Differs {
+    let differs = |proof: &Proof, (what, stored, computed)| VerifyError::Differs {
         tool: certificate.tool.clone(),
+        what,
         name: if plant.is_empty() {
             proof.name.clone()
         } else {
@@ -202,22 +205,69 @@ fn compare_proofs(
         },
         unit: proof.unit.clone(),
         stored,
-        computed: proof.bound,
+        computed,
     };
     for proof in computed {
         let same = |other: &&Proof| (other.limited, other.index) == (proof.limited, proof.index);
         let Some(other) = stored.iter().find(same) else {
-            return Err(differs(proof, f64::NAN));
+            return Err(differs(proof, ("bound", f64::NAN, proof.bound)));
         };
-        let close = (other.bound - proof.bound).abs() <= DIFFERENCE * proof.limit
-            || other.bound == proof.bound;
-        if !(close && other.limit == proof.limit) {
-            return Err(differs(proof, other.bound));
+        if let Some(figures) = difference(other, proof) {
+            return Err(differs(proof, figures));
         }
     }
     Ok(())
 }
 
+/// The first figure that is another: which, stored and computed.
+fn difference(stored: &Proof, computed: &Proof) -> Option<(&'static str, f64, f64)> {
+    let close = |a: f64, b: f64| a == b || (a - b).abs() <= DIFFERENCE * computed.limit;
+    // Several intervals may be equally tight.
+    let there = computed.intervals.get(usize::from(stored.interval));
+    let bound_there = there.map_or(f64::NAN, |interval| interval.bound);
+    let played = |proof: &Proof| proof.played.unwrap_or(f64::NAN);
+    let figures = [
+        (
+            "limit",
+            stored.limit,
+            computed.limit,
+            stored.limit == computed.limit,
+        ),
+        (
+            "bound",
+            stored.bound,
+            computed.bound,
+            close(stored.bound, computed.bound),
+        ),
+        (
+            "largest value reached",
+            stored.reached,
+            computed.reached,
+            close(stored.reached, computed.reached),
+        ),
+        (
+            "largest value played",
+            played(stored),
+            played(computed),
+            stored.played.is_some() == computed.played.is_some()
+                && stored
+                    .played
+                    .is_none_or(|value| close(value, played(computed))),
+        ),
+        (
+            "bound in the interval named",
+            stored.bound,
+            bound_there,
+            close(bound_there, computed.bound),
+        ),
+    ];
+    let mut wrong = figures.into_iter().filter(|(.., right)| !right);
+    wrong
+        .next()
+        .map(|(what, stored, computed, _)| (what, stored, computed))
+}
+
+/// The same for what was simulated.
 fn compare_simulated(
     certificate: &Certificate,
     stored: &PlantProofs,
@@ -233,6 +283,7 @@ fn compare_simulated(
         if stored.filter(close).is_none() {
             return Err(VerifyError::Differs {
                 tool: certificate.tool.clone(),
+                what: "value",
                 name: format!("{} with {}", row.name, computed.name),
                 unit: row.unit.clone(),
                 stored: stored.map_or(f64::NAN, |other| other.value),

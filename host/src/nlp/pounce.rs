@@ -28,6 +28,8 @@ struct Adapter {
     /// Iterations of finished runs and of the present one: the solver may begin anew by itself and counts from zero then.
     before: usize,
     present: usize,
+    /// The last one that the monitor saw.
+    seen: Option<usize>,
     max_iterations: usize,
     /// Whether the iterations, not the monitor, ended the solve.
     used_up: bool,
@@ -60,6 +62,7 @@ impl NlpSolver for Pounce {
             outcome: None,
             before: 0,
             present: 0,
+            seen: None,
             max_iterations: settings.max_iterations,
             used_up: false,
             x: x.clone(),
@@ -283,6 +286,10 @@ impl TNLP for Adapter {
             return false;
         }
         (self.before, self.present) = (before, present);
+        // The iterate from which the solver restores feasibility comes twice.
+        if self.seen.replace(number) == Some(number) {
+            return true;
+        }
         (self.monitor)(&Iteration {
             number,
             objective,

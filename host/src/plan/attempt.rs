@@ -50,7 +50,7 @@ const FIRST_TOLERANCE: f64 = 1e-5;
 const SLOWER: f64 = 1.5;
 
 /// Peaks nearer to a place than this, in mean distances of the points, are held by it as long as they keep their limit; a
-/// violated one that is nearer than the other moves it. Rows that say nearly the same make a program hard to solve.
+/// violated one that is nearer than the other moves it half the way. Rows that say nearly the same make a program hard to solve.
 const HELD: f64 = 0.2;
 const SAME: f64 = 0.02;
 
@@ -345,7 +345,10 @@ impl<'a> Attempt<'a> {
             let keeps = peak.excess <= USABLE * self.margin;
             match nearest {
                 Some((near, _)) if keeps && near < HELD => {}
-                Some((near, sample)) if near < SAME => sample.local = peak.local,
+                // Moved all the way, place and peak can change sides for ever.
+                Some((near, sample)) if near < SAME => {
+                    sample.local = (sample.local + peak.local) / 2.0;
+                }
                 _ => samples.push(courses.sample(peak.interval, peak.local, peak.limited)),
             }
         }

@@ -107,7 +107,8 @@ impl Diagnosis {
         match self.status {
             Status::Stopped => "Run it again and let it finish, or give it a coarser mesh.",
             Status::IterationLimit => {
-                "Raise [solver] max_iterations, or try another mesh: more points, or more intervals of fewer points."
+                "Raise the limits that are reached or [solver] max_iterations, or try another mesh: more points, or more intervals of \
+                 fewer points."
             }
             Status::Acceptable => {
                 "Loosen [solver] tolerance, or try a finer mesh ([mesh] intervals, points)."

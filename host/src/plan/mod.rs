@@ -45,8 +45,9 @@ use ways::{Failure, WAYS};
 /// solving from a slow move is quicker and surer than from one that no machine could do.
 const GUESS_SLOWNESS: [f64; 4] = [2.0, 4.0, 1.3, 8.0];
 
-/// Iterations that a first guess is given before the next one is tried; the last one may use up all that are left.
-const ITERATIONS_PER_GUESS: usize = 150;
+/// Iterations that a first guess is given before the next one is tried, and the last one before another way.
+const ITERATIONS_PER_GUESS: usize = 200;
+const ITERATIONS_OF_LAST_GUESS: usize = 500;
 
 /// Guessed duration, s, when the straight line between the poses gives no estimate.
 const GUESS_WITHOUT_ESTIMATE_S: f64 = 0.25;
@@ -351,11 +352,11 @@ fn from_first_guesses(
         let left = file.solver.max_iterations.saturating_sub(effort.iterations);
         // Of a robust move there is another way.
         let last = index + 1 == GUESS_SLOWNESS.len() && file.robust.is_none();
-        let iterations = if last {
-            left
+        let iterations = left.min(if last {
+            ITERATIONS_OF_LAST_GUESS
         } else {
-            left.min(ITERATIONS_PER_GUESS)
-        };
+            ITERATIONS_PER_GUESS
+        });
         let guess = quintic_guess(file, estimate_s * slowness);
         let mesh = Mesh::uniform(file.mesh.intervals, file.mesh.points);
         match attempt.solve(mesh, &guess, iterations, effort, beside) {

@@ -13,7 +13,7 @@ pub(super) struct Way {
 
 /// One after the other: near singular poses a machine's functions are too sharp for the polynomials of a coarse mesh, so first the
 /// move is led farther around them.
-pub(super) const WAYS: [Way; 2] = [
+pub(super) const WAYS: [Way; 3] = [
     Way {
         clearance: 0.3,
         intervals: 1,
@@ -21,6 +21,10 @@ pub(super) const WAYS: [Way; 2] = [
     Way {
         clearance: 0.3,
         intervals: 2,
+    },
+    Way {
+        clearance: 0.3,
+        intervals: 4,
     },
 ];
 
