@@ -307,8 +307,8 @@ fn a_failure_says_what_there_is_a_plan_for() {
 #[test]
 fn what_the_mesh_cannot_keep_is_refused_with_what_is_left() {
     let mut file = axis(&ROBUST_AXIS.replace("2e-4", "1e-7"));
-    // Twice as many are tried before.
-    file.mesh.intervals = 2;
+    // Twice and four times as many are tried before.
+    file.mesh.intervals = 1;
     let failure = plan(&file, &Pounce, Box::new(|_, _| true));
     let said = failure.map(|_| ()).expect_err("too coarse a mesh");
     let said = said.to_string();
