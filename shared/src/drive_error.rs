@@ -180,45 +180,22 @@ mod tests {
             (0xff01, "an error of the manufacturer's own"),
             (0x0000, "no error"),
             (0xa000, "an error of its own"),
-            (
-                seen::NOT_A_DRIVE,
-                "the node is no CiA 402 drive: check the node ids",
-            ),
-            (
-                seen::RATED_TORQUE,
-                "its rated torque (6076h) is another than configured: correct one of them",
-            ),
-            (
-                seen::REFUSED,
-                "it refuses its set-up: see its manual, or map its process data in the drive and set the mapping to preset",
-            ),
-            (
-                seen::MODE,
-                "it does not take up cyclic synchronous position mode: use a drive that has it",
-            ),
-            (
-                seen::NO_FEEDBACK,
-                "it sends no feedback at SYNC: check its first transmit PDO (1800h, 1A00h)",
-            ),
-            (
-                seen::FEEDBACK_LENGTH,
-                "its feedback does not have 7 bytes: map 6041h, 6064h and 6061h to its first transmit PDO",
-            ),
-            (
-                seen::HEARTBEAT_LOST,
-                "its heartbeat is missing: check cabling and supply",
-            ),
-            (
-                seen::NOT_OPERATIONAL,
-                "it left the operational state: see its error memory",
-            ),
-            (seen::RESTARTED, "it started anew: check its supply"),
-            (
-                seen::NO_ANSWER,
-                "it does not answer: check the node id, the cabling and the supply",
-            ),
         ] {
             assert_eq!(words(code), expected, "{code:#06x}");
+        }
+        for (code, part) in [
+            (seen::NOT_A_DRIVE, "no CiA 402 drive"),
+            (seen::RATED_TORQUE, "6076h"),
+            (seen::REFUSED, "refuses its set-up"),
+            (seen::MODE, "cyclic synchronous position"),
+            (seen::NO_FEEDBACK, "no feedback"),
+            (seen::FEEDBACK_LENGTH, "7 bytes"),
+            (seen::HEARTBEAT_LOST, "heartbeat is missing"),
+            (seen::NOT_OPERATIONAL, "left the operational state"),
+            (seen::RESTARTED, "started anew"),
+            (seen::NO_ANSWER, "does not answer"),
+        ] {
+            assert!(words(code).contains(part), "{code:#06x}");
         }
         assert!(EXACT.is_sorted_by(|a, b| a.0 < b.0));
         assert!(CLASSES.is_sorted_by(|a, b| a.0 < b.0));
