@@ -16,18 +16,13 @@ use serde::ser::{
 };
 
 /// Gives the bytes of `value` to `sink`, piece by piece, until it takes no more; returns whether it
-/// took all. Every list must know its length before.
-///
-/// # Panics
-/// If the type's own `Serialize` has an error to report; no type of the wire has. On a board, the
-/// image would not link.
+/// took all. Every list must know its length before, and no type may have an error of its own.
 pub fn encode<T: Serialize + ?Sized>(value: &T, sink: &mut dyn FnMut(&[u8]) -> bool) -> bool {
     let mut encoder = Encoder {
         sink,
         refused: false,
     };
-    let Ok(()) = value.serialize(&mut encoder);
-    !encoder.refused
+    value.serialize(&mut encoder).is_ok() && !encoder.refused
 }
 
 /// Writes the bytes of `value` into `buffer` and returns the part used; `None` if it is too small.
@@ -56,39 +51,39 @@ struct Encoder<'s> {
     refused: bool,
 }
 
-/// The error of the encoder, which has none.
+/// What a type's own `Serialize` has to report. The encoder has no error: it only notes.
 #[derive(Debug)]
-enum Never {}
+struct OwnError;
 
-impl fmt::Display for Never {
-    fn fmt(&self, _: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {}
+impl fmt::Display for OwnError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("an error of the type's own")
     }
 }
 
-impl core::error::Error for Never {}
+impl core::error::Error for OwnError {}
 
-impl Error for Never {
-    fn custom<T: fmt::Display>(error: T) -> Self {
-        unreachable!("{error}")
+impl Error for OwnError {
+    fn custom<T: fmt::Display>(_: T) -> Self {
+        Self
     }
 }
 
 impl Encoder<'_> {
     #[inline(never)]
-    fn put(&mut self, bytes: &[u8]) -> Result<(), Never> {
+    fn put(&mut self, bytes: &[u8]) -> Result<(), OwnError> {
         self.refused = self.refused || !(self.sink)(bytes);
         Ok(())
     }
 
     /// Seven bits per byte, the lowest first; the highest bit says that more follow.
     #[inline(never)]
-    fn varint(&mut self, value: u32) -> Result<(), Never> {
+    fn varint(&mut self, value: u32) -> Result<(), OwnError> {
         self.long_varint(value.into())
     }
 
     #[inline(never)]
-    fn long_varint(&mut self, mut value: u64) -> Result<(), Never> {
+    fn long_varint(&mut self, mut value: u64) -> Result<(), OwnError> {
         while value >= 0x80 {
             self.put(&[value as u8 | 0x80])?;
             value >>= 7;
@@ -97,11 +92,11 @@ impl Encoder<'_> {
     }
 
     /// Signed ones with the sign in the lowest bit.
-    fn zigzag(&mut self, value: i64) -> Result<(), Never> {
+    fn zigzag(&mut self, value: i64) -> Result<(), OwnError> {
         self.long_varint((value << 1 ^ value >> 63) as u64)
     }
 
-    fn length(&mut self, length: Option<usize>) -> Result<(), Never> {
+    fn length(&mut self, length: Option<usize>) -> Result<(), OwnError> {
         self.refused |= length.is_none();
         self.varint(length.unwrap_or(0) as u32)
     }
@@ -109,7 +104,7 @@ impl Encoder<'_> {
 
 impl<'e, 's> Serializer for &'e mut Encoder<'s> {
     type Ok = ();
-    type Error = Never;
+    type Error = OwnError;
     type SerializeSeq = Self;
     type SerializeTuple = Self;
     type SerializeTupleStruct = Self;
@@ -122,77 +117,77 @@ impl<'e, 's> Serializer for &'e mut Encoder<'s> {
         false
     }
 
-    fn serialize_bool(self, v: bool) -> Result<(), Never> {
+    fn serialize_bool(self, v: bool) -> Result<(), OwnError> {
         self.put(&[v.into()])
     }
 
-    fn serialize_i8(self, v: i8) -> Result<(), Never> {
+    fn serialize_i8(self, v: i8) -> Result<(), OwnError> {
         self.put(&v.to_le_bytes())
     }
 
-    fn serialize_i16(self, v: i16) -> Result<(), Never> {
+    fn serialize_i16(self, v: i16) -> Result<(), OwnError> {
         self.zigzag(v.into())
     }
 
-    fn serialize_i32(self, v: i32) -> Result<(), Never> {
+    fn serialize_i32(self, v: i32) -> Result<(), OwnError> {
         self.zigzag(v.into())
     }
 
-    fn serialize_i64(self, v: i64) -> Result<(), Never> {
+    fn serialize_i64(self, v: i64) -> Result<(), OwnError> {
         self.zigzag(v)
     }
 
-    fn serialize_u8(self, v: u8) -> Result<(), Never> {
+    fn serialize_u8(self, v: u8) -> Result<(), OwnError> {
         self.put(&[v])
     }
 
-    fn serialize_u16(self, v: u16) -> Result<(), Never> {
+    fn serialize_u16(self, v: u16) -> Result<(), OwnError> {
         self.varint(v.into())
     }
 
-    fn serialize_u32(self, v: u32) -> Result<(), Never> {
+    fn serialize_u32(self, v: u32) -> Result<(), OwnError> {
         self.varint(v)
     }
 
-    fn serialize_u64(self, v: u64) -> Result<(), Never> {
+    fn serialize_u64(self, v: u64) -> Result<(), OwnError> {
         self.long_varint(v)
     }
 
-    fn serialize_f32(self, v: f32) -> Result<(), Never> {
+    fn serialize_f32(self, v: f32) -> Result<(), OwnError> {
         self.put(&v.to_le_bytes())
     }
 
-    fn serialize_f64(self, v: f64) -> Result<(), Never> {
+    fn serialize_f64(self, v: f64) -> Result<(), OwnError> {
         self.put(&v.to_le_bytes())
     }
 
-    fn serialize_char(self, v: char) -> Result<(), Never> {
+    fn serialize_char(self, v: char) -> Result<(), OwnError> {
         self.serialize_str(v.encode_utf8(&mut [0; 4]))
     }
 
-    fn serialize_str(self, v: &str) -> Result<(), Never> {
+    fn serialize_str(self, v: &str) -> Result<(), OwnError> {
         self.serialize_bytes(v.as_bytes())
     }
 
-    fn serialize_bytes(self, v: &[u8]) -> Result<(), Never> {
+    fn serialize_bytes(self, v: &[u8]) -> Result<(), OwnError> {
         self.length(Some(v.len()))?;
         self.put(v)
     }
 
-    fn serialize_none(self) -> Result<(), Never> {
+    fn serialize_none(self) -> Result<(), OwnError> {
         self.put(&[0])
     }
 
-    fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Result<(), Never> {
+    fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Result<(), OwnError> {
         self.put(&[1])?;
         value.serialize(self)
     }
 
-    fn serialize_unit(self) -> Result<(), Never> {
+    fn serialize_unit(self) -> Result<(), OwnError> {
         Ok(())
     }
 
-    fn serialize_unit_struct(self, _: &'static str) -> Result<(), Never> {
+    fn serialize_unit_struct(self, _: &'static str) -> Result<(), OwnError> {
         Ok(())
     }
 
@@ -201,7 +196,7 @@ impl<'e, 's> Serializer for &'e mut Encoder<'s> {
         _: &'static str,
         index: u32,
         _: &'static str,
-    ) -> Result<(), Never> {
+    ) -> Result<(), OwnError> {
         self.varint(index)
     }
 
@@ -209,7 +204,7 @@ impl<'e, 's> Serializer for &'e mut Encoder<'s> {
         self,
         _: &'static str,
         value: &T,
-    ) -> Result<(), Never> {
+    ) -> Result<(), OwnError> {
         value.serialize(self)
     }
 
@@ -219,21 +214,21 @@ impl<'e, 's> Serializer for &'e mut Encoder<'s> {
         index: u32,
         _: &'static str,
         value: &T,
-    ) -> Result<(), Never> {
+    ) -> Result<(), OwnError> {
         self.varint(index)?;
         value.serialize(self)
     }
 
-    fn serialize_seq(self, length: Option<usize>) -> Result<Self, Never> {
+    fn serialize_seq(self, length: Option<usize>) -> Result<Self, OwnError> {
         self.length(length)?;
         Ok(self)
     }
 
-    fn serialize_tuple(self, _: usize) -> Result<Self, Never> {
+    fn serialize_tuple(self, _: usize) -> Result<Self, OwnError> {
         Ok(self)
     }
 
-    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Self, Never> {
+    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Self, OwnError> {
         Ok(self)
     }
 
@@ -243,17 +238,17 @@ impl<'e, 's> Serializer for &'e mut Encoder<'s> {
         index: u32,
         _: &'static str,
         _: usize,
-    ) -> Result<Self, Never> {
+    ) -> Result<Self, OwnError> {
         self.varint(index)?;
         Ok(self)
     }
 
-    fn serialize_map(self, length: Option<usize>) -> Result<Self, Never> {
+    fn serialize_map(self, length: Option<usize>) -> Result<Self, OwnError> {
         self.length(length)?;
         Ok(self)
     }
 
-    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self, Never> {
+    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self, OwnError> {
         Ok(self)
     }
 
@@ -263,12 +258,12 @@ impl<'e, 's> Serializer for &'e mut Encoder<'s> {
         index: u32,
         _: &'static str,
         _: usize,
-    ) -> Result<Self, Never> {
+    ) -> Result<Self, OwnError> {
         self.varint(index)?;
         Ok(self)
     }
 
-    fn collect_str<T: fmt::Display + ?Sized>(self, _: &T) -> Result<(), Never> {
+    fn collect_str<T: fmt::Display + ?Sized>(self, _: &T) -> Result<(), OwnError> {
         self.length(None)
     }
 }
@@ -278,13 +273,13 @@ macro_rules! one_after_the_other {
     ($($of:ident, $element:ident $(($key:ty))?;)*) => {$(
         impl $of for &mut Encoder<'_> {
             type Ok = ();
-            type Error = Never;
+            type Error = OwnError;
 
-            fn $element<T: Serialize + ?Sized>(&mut self, $(_: $key,)? value: &T) -> Result<(), Never> {
+            fn $element<T: Serialize + ?Sized>(&mut self, $(_: $key,)? value: &T) -> Result<(), OwnError> {
                 value.serialize(&mut **self)
             }
 
-            fn end(self) -> Result<(), Never> {
+            fn end(self) -> Result<(), OwnError> {
                 Ok(())
             }
         }
@@ -302,17 +297,17 @@ one_after_the_other! {
 
 impl SerializeMap for &mut Encoder<'_> {
     type Ok = ();
-    type Error = Never;
+    type Error = OwnError;
 
-    fn serialize_key<T: Serialize + ?Sized>(&mut self, key: &T) -> Result<(), Never> {
+    fn serialize_key<T: Serialize + ?Sized>(&mut self, key: &T) -> Result<(), OwnError> {
         key.serialize(&mut **self)
     }
 
-    fn serialize_value<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Never> {
+    fn serialize_value<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), OwnError> {
         value.serialize(&mut **self)
     }
 
-    fn end(self) -> Result<(), Never> {
+    fn end(self) -> Result<(), OwnError> {
         Ok(())
     }
 }
