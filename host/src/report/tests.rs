@@ -525,22 +525,3 @@ fn a_certificate_shows_its_verdict_and_marks_what_does_not_hold() {
     assert!(html.contains(row));
     assert!(html.contains("<td class=\"number\">9.61</td>"));
 }
-
-/// Writes the sample to `target/report-sample`, to be looked at:
-/// `cargo test -p stillpoint --lib sample_to_look_at -- --ignored`.
-#[test]
-#[ignore = "writes files"]
-fn a_sample_to_look_at() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/report-sample");
-    std::fs::create_dir_all(folder).expect("folder");
-    let write =
-        |name: &str, text: &str| std::fs::write(format!("{folder}/{name}"), text).expect(name);
-    let report = sample(&paper());
-    write("paper.html", &report.html());
-    for figure in &report.figures {
-        write(&format!("{}.svg", figure.id), &figure.svg());
-    }
-    let axis = MoveFile::parse(include_str!("../../moves/axis.toml"), "axis.toml").expect("axis");
-    write("axis.html", &sample(&axis).html());
-    println!("{}", text_table(&report.rows, report.limit_row.as_ref()));
-}
