@@ -3,6 +3,7 @@
 mod attempt;
 mod check;
 mod diagnosis;
+mod error;
 mod figures;
 mod finer;
 mod guess;
@@ -10,6 +11,7 @@ mod played;
 mod problem;
 mod refinement;
 mod robust;
+mod shipped;
 mod spread;
 mod stillness;
 mod trajectory;
@@ -17,6 +19,7 @@ mod ways;
 
 pub use check::{EndMiss, StateMiss, end_miss};
 pub use diagnosis::{Diagnosis, Saturation, Violation};
+pub use error::PlanError;
 pub use finer::Finer;
 pub use guess::{quintic_guess, rigid_duration_s};
 pub use played::{Played, PlayedError};
@@ -25,21 +28,19 @@ pub use refinement::{Refinement, Shortfall};
 pub use robust::{nominal_part, robust_problem};
 pub use trajectory::{ConversionError, trajectory};
 
-use crate::certify::{Certificate, CertifyError, Coordinates, PlantError, certify, certify_plants};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::{Iteration, NlpSolver, Status};
 use crate::ocp::{Hamiltonian, Mesh, OptimalControlProblem, Solution};
-use crate::simulate::modes::ModesError;
-use crate::simulate::ode::OdeError;
 use crate::sptfile::Section;
 use attempt::{Attempt, Solved};
 use finer::Beside;
 use played::played;
+use shipped::Shipped;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 use stillpoint_shared::Trajectory;
-use ways::{Failure, WAYS};
+use ways::WAYS;
 
 /// How much longer than the rigid estimate the first guesses are, one after the other until one leads to an answer:
 /// solving from a slow move is quicker and surer than from one that no machine could do.
@@ -52,15 +53,10 @@ const ITERATIONS_OF_LAST_GUESS: usize = 500;
 /// Guessed duration, s, when the straight line between the poses gives no estimate.
 const GUESS_WITHOUT_ESTIMATE_S: f64 = 0.25;
 
-/// Share of the limits by which they are drawn in so that they hold everywhere, and the widest one that is tried. Rounding to f32
-/// takes most of it: a speed's is that of two positions over one tick of the drive loop.
+/// Share of the limits by which they are drawn in so that they hold everywhere, and how many times more than that is tried if
+/// what is shipped cannot be certified, or the executor's limiter might act on it.
 const MARGIN: f64 = 5e-4;
-const WIDEST_MARGIN: f64 = 5e-3;
-
-/// How many times it is widened if what is shipped cannot be certified, or the executor's limiter might act on it; and how much
-/// wider it is made than what was missing.
 const WIDER_MARGINS: usize = 2;
-const WIDENING: f64 = 1.3;
 
 /// Share of its range by which a coordinate may miss its end before the user is warned, and before the plan is refused.
 const DOUBTFUL_MISS: f64 = 0.01;
@@ -161,82 +157,6 @@ pub struct Effort {
     pub solve: Duration,
     /// Time to check the answer.
     pub check: Duration,
-}
-
-/// Why there is no plan.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum PlanError {
-    /// The solver did not converge.
-    #[error("no plan: {0}")]
-    Unsolved(Box<Diagnosis>, Box<Effort>),
-    /// The machine cannot follow the planned control to the end.
-    #[error("the plan does not hold: {source}. Try a finer mesh ([mesh] intervals, points)")]
-    Check {
-        /// Where the integration ended.
-        source: OdeError,
-        /// What was spent.
-        effort: Box<Effort>,
-    },
-    /// The machine ends somewhere else under the planned control.
-    #[error(
-        "the plan does not hold: integrated under the planned control, {name} misses its end by {miss:.3e}, {share:.0} % of \
-         what it moves. Try a finer mesh ([mesh] intervals, points), or for a tiny move a smaller [solver] tolerance"
-    )]
-    Missed {
-        /// The coordinate that misses most.
-        name: String,
-        /// By how much, in its unit.
-        miss: f64,
-        /// In per cent of its range.
-        share: f64,
-        /// What was spent.
-        effort: Box<Effort>,
-    },
-    /// The limits could not be made to hold between the points.
-    #[error(
-        "the plan does not hold: {tightest}. Try a finer mesh ([mesh] intervals, points), or plan with limits at the points only \
-         (`--limits nodes`), which a board refuses"
-    )]
-    NotCertified {
-        /// The limit that is exceeded most, in words.
-        tightest: String,
-        /// What was spent.
-        effort: Box<Effort>,
-    },
-    /// The answer does not fit the board.
-    #[error(transparent)]
-    Conversion(#[from] ConversionError),
-    /// Another plant of a robust move exceeds a bound.
-    #[error(
-        "the plan does not hold: {broken}{suits}. Try a finer mesh ([mesh] intervals, points), allow more to be left, or name \
-         plants nearer to the nominal one"
-    )]
-    OtherPlant {
-        /// What is how much, of how much, with which plant.
-        broken: String,
-        /// Which plants are as still as they have to be.
-        suits: String,
-        /// What was spent.
-        effort: Box<Effort>,
-    },
-    /// The solver converged for plants that are nearer to the nominal one than those of the file, if at all.
-    #[error("{unsolved}\n  {instead}")]
-    TooFarApart {
-        /// How it ended for those of the file.
-        unsolved: Box<Self>,
-        /// What there is a plan for.
-        instead: String,
-    },
-    /// A plant of a robust move cannot follow what is planned.
-    #[error("the plan does not hold: {0}")]
-    Plant(#[from] PlantError),
-    /// A plant of a robust move has no modes at the goal.
-    #[error("no bound on what is left after the move: {0}")]
-    Modes(#[from] ModesError),
-    /// The answer cannot be certified, whatever it is.
-    #[error(transparent)]
-    Certify(#[from] CertifyError),
 }
 
 /// Sees an iteration and the duration (s) that the move has there; `false` ends the solve.
@@ -375,72 +295,6 @@ fn from_first_guesses(
         unreachable!("there is at least one first guess");
     };
     Err(PlanError::unsolved(diagnosis, effort))
-}
-
-impl PlanError {
-    /// What went wrong, if another way may lead to a plan, and what was spent.
-    fn worth_another_way(&self) -> Option<(Failure, &Effort)> {
-        match self {
-            Self::Unsolved(diagnosis, effort) => (diagnosis.status != Status::Stopped)
-                .then_some((Failure::Unsolved, effort.as_ref())),
-            Self::NotCertified { effort, .. }
-            | Self::Check { effort, .. }
-            | Self::Missed { effort, .. }
-            | Self::OtherPlant { effort, .. } => Some((Failure::Untrue, effort)),
-            _ => None,
-        }
-    }
-
-    fn unsolved(mut diagnosis: Box<Diagnosis>, effort: &Effort) -> Self {
-        diagnosis.iterations = effort.iterations;
-        Self::Unsolved(diagnosis, Box::new(effort.clone()))
-    }
-}
-
-/// What is written into the file.
-struct Shipped {
-    trajectory: Trajectory,
-    coordinates: Coordinates,
-    certificate: Certificate,
-}
-
-impl Shipped {
-    /// Of a solution for all plants.
-    fn of(file: &MoveFile, solution: &Solution) -> Result<Self, PlanError> {
-        let plant = file.machine.plant();
-        let (axes, n) = (plant.axis_count(), plant.coordinate_count());
-        let nominal = nominal_part(file, solution);
-        let trajectory = trajectory(plant, &file.limits, &nominal, 1)?;
-        let coordinates = Coordinates::of(&nominal, axes, n);
-        let mut certificate = certify(&trajectory, &coordinates, &file.limits, plant)?;
-        if let Some(robust) = &file.robust {
-            let scenarios = robust.scenarios.iter().enumerate();
-            let own = scenarios.map(|(index, scenario)| {
-                let first = axes + 2 * n * (1 + index);
-                (scenario.limited).then(|| Coordinates::of(solution, first, n))
-            });
-            let own = own.collect();
-            certificate.plants = certify_plants(file, robust, &trajectory, own)?;
-        }
-        Ok(Self {
-            trajectory,
-            coordinates,
-            certificate,
-        })
-    }
-
-    /// The margin with which what is shipped would be certified, and left alone by the executor's limiter if that is possible;
-    /// `None` where it is already or cannot be.
-    fn wider_margin(&self, file: &MoveFile, margin: f64) -> Option<f64> {
-        if file.solver.limits == LimitsAt::Nodes {
-            return None;
-        }
-        let [proved, left_alone] = self.certificate.missing_margins();
-        let wider = |missing: f64| margin + WIDENING * missing;
-        let possible = |missing: &f64| *missing > 0.0 && wider(*missing) <= WIDEST_MARGIN;
-        let missing = Some(left_alone).filter(possible);
-        missing.or(Some(proved).filter(possible)).map(wider)
-    }
 }
 
 /// Checks an answer and what is shipped of it.

@@ -6,8 +6,9 @@
 use super::attempt::{Attempt, Solved};
 use super::finer::Beside;
 use super::robust::robust_problem;
+use super::shipped::Shipped;
 use super::spread::suited;
-use super::{Effort, PlanError, Shipped};
+use super::{Effort, PlanError};
 use crate::certify::{PlantProofs, Simulated};
 use crate::movefile::{LimitsAt, MoveFile};
 use crate::nlp::Status;
