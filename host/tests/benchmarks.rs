@@ -277,6 +277,7 @@ fn the_estimate_is_of_the_size_of_the_error() {
         path: vec![],
         ends: vec![],
         rates: vec![],
+        guards: vec![],
         initial: vec![Bounds::fixed(1.0)],
         terminal: vec![Bounds::FREE],
         duration_s: Bounds::fixed(2.0),

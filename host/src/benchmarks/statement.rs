@@ -103,6 +103,7 @@ pub(super) fn problem(
         path: vec![],
         ends: vec![],
         rates: vec![],
+        guards: vec![],
         duration_s,
     }
 }

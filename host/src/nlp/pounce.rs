@@ -97,6 +97,9 @@ fn configure(
     // as well took about a tenth of the time. Without it, solves that need no restoration of
     // feasibility take the same iterations.
     text("feral_refine", "no")?;
+    // Variables paired with their equations before ordering: a ninth fewer instructions for the paper's move, in as many
+    // iterations. The solver looks at a matrix's shape to choose, and chooses otherwise here.
+    text("feral_ordering_preprocess", "ldlt_compress")?;
     if warm.is_some() {
         text("warm_start_init_point", "yes")?;
     }

@@ -177,6 +177,8 @@ pub struct OptimalControlProblem {
     pub path: Vec<Quantity>,
     /// Path functions that are rates of something played as a polynomial of its own, whose slope their bounds hold too.
     pub rates: Vec<usize>,
+    /// Path functions that most motions stay far away from: a solver may try without them first.
+    pub guards: Vec<usize>,
     /// End function, with bounds.
     pub ends: Vec<Quantity>,
     /// Bounds of x(0).

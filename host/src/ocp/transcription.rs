@@ -169,10 +169,15 @@ impl Transcription {
     /// The same problem, scaling, path functions and samples on another mesh of as many intervals.
     #[must_use]
     pub fn on_mesh(&self, mesh: Mesh) -> Self {
-        let samples: Vec<Sample> = self.samples.iter().map(|row| row.sample).collect();
         Self::with_scaling(Arc::clone(&self.problem), mesh, self.scaling.clone())
             .with_path(self.point_path.clone())
-            .with_samples(&samples)
+            .with_samples(&self.samples())
+    }
+
+    /// Its limits between the points.
+    #[must_use]
+    pub fn samples(&self) -> Vec<Sample> {
+        self.samples.iter().map(|row| row.sample).collect()
     }
 
     /// The scaling in use.

@@ -46,6 +46,9 @@ const ITERATIONS_PER_ROUND: usize = 150;
 /// The first round only finds out where the limits matter.
 const FIRST_TOLERANCE: f64 = 1e-5;
 
+/// Iterations that the first round may take without what most motions stay far away from. Those that end take 20 to 30.
+const UNGUARDED_ITERATIONS: usize = 60;
+
 /// How much longer the last answer is made where a round leads nowhere from it: far from all limits.
 const SLOWER: f64 = 1.5;
 
@@ -125,33 +128,84 @@ impl<'a> Attempt<'a> {
         let scaling = Scaling::automatic(&self.problem, guess);
         let first = Transcription::with_scaling(Arc::clone(&self.problem), mesh, scaling)
             .with_samples(&samples);
-        let start = Start {
-            x: first.unknowns(guess),
-            warm: None,
-        };
         effort.setup += started.elapsed();
-        let asked = self.file.solver.tolerance;
-        let tolerance = if self.everywhere() {
-            asked.max(FIRST_TOLERANCE)
-        } else {
-            asked
-        };
-        let settings = self.settings(tolerance, max_iterations);
-        let first = Arc::new(first);
-        let outcome = self.run(&first, start, &settings, effort)?;
-        let solved = Solved {
-            solution: first.solution(&outcome.x),
-            transcription: first,
-            outcome,
-            samples,
-        };
         if self.everywhere() {
+            let tolerance = self.file.solver.tolerance.max(FIRST_TOLERANCE);
+            let settings = self.settings(tolerance, max_iterations);
+            let solved = match self.unguarded(&first, guess, &settings, effort)? {
+                Some(solved) => solved,
+                None => self.from_guess(first, guess, &settings, effort)?,
+            };
             self.rounds(solved, effort, beside)
         } else {
+            let settings = self.settings(self.file.solver.tolerance, max_iterations);
+            let solved = self.from_guess(first, guess, &settings, effort)?;
             beside.begin(self.finer(&solved.transcription, &solved));
             beside.own_duration(solved.solution.duration_s);
             Ok(solved)
         }
+    }
+
+    /// Solves a program from a guess.
+    fn from_guess(
+        &self,
+        program: Transcription,
+        guess: &Guess,
+        settings: &Settings,
+        effort: &mut Effort,
+    ) -> Result<Solved, Box<Diagnosis>> {
+        let start = Start {
+            x: program.unknowns(guess),
+            warm: None,
+        };
+        let program = Arc::new(program);
+        let outcome = self.run(&program, start, settings, effort)?;
+        Ok(Solved {
+            solution: program.solution(&outcome.x),
+            samples: program.samples(),
+            transcription: program,
+            outcome,
+        })
+    }
+
+    /// Solves a program without what most motions stay far away from: a quarter of its path rows and some of its iterations.
+    /// `None` where that leads nowhere, or past it.
+    fn unguarded(
+        &self,
+        program: &Transcription,
+        guess: &Guess,
+        settings: &Settings,
+        effort: &mut Effort,
+    ) -> Result<Option<Solved>, Box<Diagnosis>> {
+        let guards = &self.problem.guards;
+        if guards.is_empty() {
+            return Ok(None);
+        }
+        let others = (0..self.problem.sizes.path).filter(|row| !guards.contains(row));
+        let program = program
+            .on_mesh(program.mesh().clone())
+            .with_path(others.collect());
+        let settings = Settings {
+            max_iterations: settings.max_iterations.min(UNGUARDED_ITERATIONS),
+            ..*settings
+        };
+        let solved = match self.from_guess(program, guess, &settings, effort) {
+            Err(diagnosis)
+                if diagnosis.status == Status::Stopped
+                    || effort.iterations >= self.file.solver.max_iterations =>
+            {
+                return Err(diagnosis);
+            }
+            other => other.ok(),
+        };
+        let solved = solved.filter(|solved| {
+            let courses = Courses::new(&self.problem, &solved.solution);
+            let past =
+                |peak: &Peak| matches!(peak.limited, Limited::Path(row) if guards.contains(&row));
+            !courses.peaks(0.0).iter().any(past)
+        });
+        effort.restarts += usize::from(solved.is_none());
+        Ok(solved)
     }
 
     /// From an answer that keeps other limits, or these limits at fewer places, to one that keeps these everywhere.

@@ -95,6 +95,8 @@ fn build<M: Machine>(
             .collect(),
         path,
         rates,
+        // Regularities come first.
+        guards: (0..M::REGULARITIES.len()).collect(),
         ends: Vec::new(),
         initial: at_rest(&file.from),
         terminal: at_rest(&file.to),

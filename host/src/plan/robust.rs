@@ -62,6 +62,7 @@ pub fn robust_problem(
         rows: (axes..nominal_states).chain(path).collect(),
     }];
 
+    let guards = problem.guards.len();
     let mut ends = Vec::new();
     for (index, scenario) in robust.scenarios.iter().enumerate() {
         let first = nominal_states + 2 * n * index;
@@ -72,6 +73,10 @@ pub fn robust_problem(
             variables: layout(first),
             rows: (first..first + 2 * n).chain(path).collect(),
         });
+        if scenario.limited {
+            let first = problem.path.len();
+            problem.guards.extend(first..first + guards);
+        }
         problem.path.extend(own.path);
         problem.states.extend(own.states);
         problem.terminal.extend(vec![Bounds::FREE; 2 * n]);

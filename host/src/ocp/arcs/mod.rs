@@ -202,6 +202,7 @@ fn lifted(
                     .map(move |rate| arc * sizes.path + rate)
             })
             .collect(),
+        guards: vec![],
         ends,
         initial: [problem.initial.as_slice(), &free, &durations].concat(),
         terminal: [&free, problem.terminal.as_slice(), &durations].concat(),

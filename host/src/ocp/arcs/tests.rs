@@ -64,6 +64,7 @@ fn problem() -> Arc<OptimalControlProblem> {
         path: vec![free("p0"), free("p1")],
         ends: vec![free("e")],
         rates: vec![],
+        guards: vec![],
         initial: vec![Bounds::FREE; 2],
         terminal: vec![Bounds::FREE; 2],
         duration_s: Bounds::new(0.1, 10.0),
