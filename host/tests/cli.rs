@@ -368,7 +368,27 @@ fn an_impossible_move_is_diagnosed() {
         message.contains("ms") && message.contains("iterations"),
         "{message}"
     );
-    assert!(failed["saturated"].is_array());
+    // A limit is named in any case: those that are reached, or the one that is nearest.
+    let reached = failed["saturated"].as_array().expect("a list");
+    assert!(
+        !reached.is_empty() || failed["nearest_limit"]["limit"].is_string(),
+        "{failed}"
+    );
+}
+
+#[test]
+fn a_hopeless_limit_is_named() {
+    let folder = folder("hopeless");
+    let changes = [("twist_rad = 0.05", "twist_rad = 1e-9")];
+    let file = changed(&folder, "axis", &changes);
+    let output = stillpoint(&folder, &["plan", file, "--json"]);
+    assert!(!output.status.success());
+    let failed = object(&output);
+    let message = failed["message"].as_str().expect("a message");
+    assert!(
+        message.contains("at its limit") || message.contains("nearest"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -15,9 +15,13 @@ const AXIS_MOVE: &str = include_str!("../moves/axis.toml");
 
 /// The paper's move on 8 intervals of 7 points.
 fn paper(more: &str) -> MoveFile {
+    paper_on(8, 7, more)
+}
+
+fn paper_on(intervals: usize, points: usize, more: &str) -> MoveFile {
     let text = PAPER_MOVE
-        .replace("intervals = 6", "intervals = 8")
-        .replace("points = 10", "points = 7");
+        .replace("intervals = 6", &format!("intervals = {intervals}"))
+        .replace("points = 10", &format!("points = {points}"));
     MoveFile::parse(&(text + more), "paper.toml").expect("a move")
 }
 
@@ -77,14 +81,17 @@ fn a_nominal_plan_rings_with_another_payload() {
     }
 }
 
+/// An independent prototype takes 58 ms and leaves 32 µε with ±20 % and 12 µε with ±10 %.
 #[test]
 fn a_robust_plan_is_still_with_every_payload() {
-    let file = paper(
+    let file = paper_on(
+        12,
+        8,
         "\n[robust]\nparameter = \"platform_mass_kg\"\nfactors = [0.8, 1.2]\nresidual_strain = 15e-6\n",
     );
     let plan = planned(&file);
     let milliseconds = plan.solution.duration_s * 1e3;
-    assert!(milliseconds < 58.3, "{milliseconds}");
+    assert!(milliseconds < 58.0, "{milliseconds}");
     let sweep = [0.8, 0.9, 1.0, 1.1, 1.2].map(|factor| residual_strain(&file, &plan, factor));
     // The plants of the plan keep the bound, and use most of it.
     for residual in [sweep[0], sweep[4]] {
@@ -95,20 +102,6 @@ fn a_robust_plan_is_still_with_every_payload() {
         "{sweep:?}"
     );
     certified_is_true(&file, &plan, [0.8, 1.2], 15e-6);
-}
-
-/// The move of an independent prototype takes 58 ms and leaves 32 µε and 12 µε.
-#[test]
-fn shorter_and_stiller_than_the_prototype() {
-    let text = PAPER_MOVE.to_owned()
-        + "\n[robust]\nparameter = \"platform_mass_kg\"\nfactors = [0.8, 1.2]\nresidual_strain = 17e-6\n";
-    let file = MoveFile::parse(&text, "paper.toml").expect("a move");
-    let plan = planned(&file);
-    let milliseconds = plan.solution.duration_s * 1e3;
-    assert!(milliseconds < 58.0, "{milliseconds}");
-    let sweep = [0.8, 0.9, 1.1, 1.2].map(|factor| residual_strain(&file, &plan, factor));
-    let [far, near] = [sweep[0].max(sweep[3]), sweep[1].max(sweep[2])];
-    assert!(far < 17e-6 && near < 12e-6, "{sweep:?}");
 }
 
 #[test]

@@ -229,6 +229,12 @@ pub(super) fn failed(failure: &(dyn std::error::Error + 'static), total: Duratio
             object["duration_s"] = json!(diagnosis.duration_s);
             object["violated_most"] = json!(worst);
             object["saturated"] = json!(saturated);
+            object["nearest_limit"] = json!(
+                diagnosis
+                    .nearest
+                    .as_ref()
+                    .map(|n| json!({"limit": n.name, "share": n.share, "time_s": n.time_s}))
+            );
             object
         }
         Some(

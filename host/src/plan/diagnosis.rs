@@ -21,6 +21,8 @@ pub struct Diagnosis {
     pub worst: Option<Violation>,
     /// Quantities that touch a limit somewhere: name, share of the points at which they do, first and last time (s).
     pub saturated: Vec<Saturation>,
+    /// Where none is reached, the one that is come nearest to.
+    pub nearest: Option<Nearest>,
 }
 
 /// The most violated constraint.
@@ -34,6 +36,17 @@ pub struct Violation {
     pub time_s: f64,
     /// By how much, in the quantity's unit.
     pub amount: f64,
+}
+
+/// A limit that is come near to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nearest {
+    /// Quantity, with unit.
+    pub name: String,
+    /// Share of its limit.
+    pub share: f64,
+    /// Moment, s.
+    pub time_s: f64,
 }
 
 /// A limit that is reached.
@@ -94,12 +107,14 @@ impl Diagnosis {
                 );
             }
         }
+        let (saturated, nearest) = touched.finish();
         Self {
             status: outcome.status,
             iterations: outcome.iterations,
             duration_s,
             worst: worst.map(|(_, violation)| violation),
-            saturated: touched.finish(),
+            nearest: nearest.filter(|_| saturated.is_empty()),
+            saturated,
         }
     }
 
@@ -128,6 +143,7 @@ impl Diagnosis {
 #[derive(Default)]
 struct Touched {
     seen: Vec<(Saturation, usize, usize)>,
+    nearest: Option<Nearest>,
 }
 
 impl Touched {
@@ -152,22 +168,31 @@ impl Touched {
             });
         let (saturation, hits, points) = &mut self.seen[index];
         *points += 1;
-        if (value - center).abs() >= SATURATED * half {
+        let share = (value - center).abs() / half;
+        if (self.nearest.as_ref()).is_none_or(|nearest| share > nearest.share) {
+            self.nearest = Some(Nearest {
+                name: name.to_owned(),
+                share,
+                time_s,
+            });
+        }
+        if share >= SATURATED {
             *hits += 1;
             saturation.from_s = saturation.from_s.min(time_s);
             saturation.to_s = saturation.to_s.max(time_s);
         }
     }
 
-    fn finish(self) -> Vec<Saturation> {
-        self.seen
+    fn finish(self) -> (Vec<Saturation>, Option<Nearest>) {
+        let saturated = (self.seen)
             .into_iter()
             .filter(|&(_, hits, _)| hits > 0)
             .map(|(saturation, hits, points)| Saturation {
                 share: hits as f64 / points as f64,
                 ..saturation
             })
-            .collect()
+            .collect();
+        (saturated, self.nearest)
     }
 }
 
@@ -218,6 +243,15 @@ impl fmt::Display for Diagnosis {
                 s.share * 100.0,
                 s.from_s * 1e3,
                 s.to_s * 1e3
+            )?;
+        }
+        if let Some(nearest) = &self.nearest {
+            write!(
+                f,
+                "\n  no limit is reached; nearest: {} with {:.0} % of its limit at {:.3} ms",
+                nearest.name,
+                nearest.share * 100.0,
+                nearest.time_s * 1e3
             )?;
         }
         write!(f, "\n  {}", self.advice())

@@ -18,7 +18,7 @@ mod trajectory;
 mod ways;
 
 pub use check::{EndMiss, StateMiss, end_miss};
-pub use diagnosis::{Diagnosis, Saturation, Violation};
+pub use diagnosis::{Diagnosis, Nearest, Saturation, Violation};
 pub use error::PlanError;
 pub use finer::Finer;
 pub use guess::{quintic_guess, rigid_duration_s};
