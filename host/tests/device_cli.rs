@@ -69,6 +69,17 @@ fn hello_says_in_json_who_is_there() {
 }
 
 #[test]
+fn a_board_without_limits_says_that_it_has_none() {
+    for order in ["hello", "status"] {
+        let output = device(&[order, "--port", "sim:"]);
+        let said = text(&output.stdout);
+        assert!(said.contains("limits none yet"), "{said}");
+        let output = device(&[order, "--port", "sim:", "--json"]);
+        assert_eq!(object(&output)["limits_hash"], Value::Null, "{order}");
+    }
+}
+
+#[test]
 fn a_planned_move_runs_to_its_end() {
     let (file, path) = (move_file("axis"), trajectory());
     let output = device(&["run", path, "--move", &file, "--port", "sim:", "--json"]);
@@ -126,7 +137,8 @@ fn faults_on_the_line_are_overcome() {
 fn refusals_come_in_the_boards_words_and_lead_to_their_entry() {
     let words = refusal(&["upload", trajectory(), "--port", "sim:"]);
     assert!(
-        words.contains("does not know the machine's limits"),
+        words.contains("does not know the machine's limits")
+            && words.contains("device config --move MOVE.toml"),
         "{words}"
     );
     assert!(
@@ -205,6 +217,21 @@ fn limits_and_settings_are_sent_and_shown() {
     let words = refusal(&["config", "--settings", &settings, "--port", "sim:"]);
     assert!(
         words.contains("no setting `ramp`") && words.contains("ramp_s"),
+        "{words}"
+    );
+
+    std::fs::write(&settings, "ramp_s = 5.0\n").expect("written");
+    let words = refusal(&[
+        "config",
+        "--move",
+        &file,
+        "--settings",
+        &settings,
+        "--port",
+        "sim:",
+    ]);
+    assert!(
+        words.contains("ramp_s is 5: give a number from 0.001 to 1\n"),
         "{words}"
     );
 }

@@ -9,6 +9,7 @@ use std::fs;
 use std::path::Path;
 
 use stillpoint_shared::protocol::SCHEMA;
+use stillpoint_shared::trajectory::{MAX_COEFFICIENTS, MAX_ENCODED_BYTES};
 
 /// Enums of the schema whose variants are reasons.
 const REASONS: [&str; 12] = [
@@ -209,6 +210,30 @@ fn links_within_the_page_lead_somewhere() {
     places.extend(anchors(&page));
     for link in between(&page, "](#", ")") {
         assert!(places.contains(&link), "#{link}");
+    }
+}
+
+/// A number with a comma between thousands.
+fn with_comma(number: usize) -> String {
+    match (number / 1000, number % 1000) {
+        (0, rest) => rest.to_string(),
+        (thousands, rest) => format!("{},{rest:03}", with_comma(thousands)),
+    }
+}
+
+#[test]
+fn sizes_on_the_page_are_those_of_the_code() {
+    let page = page();
+    let kib = MAX_COEFFICIENTS * size_of::<f32>() / 1024;
+    for size in [
+        format!("more than {} in all", with_comma(MAX_COEFFICIENTS)),
+        format!("{kib} KiB of values each"),
+        format!("`MAX_ENCODED_BYTES` ({})", with_comma(MAX_ENCODED_BYTES)),
+    ] {
+        assert!(
+            page.contains(&size),
+            "docs/troubleshooting.md lacks “{size}”"
+        );
     }
 }
 
