@@ -161,6 +161,27 @@ fn refusals_come_in_the_boards_words_and_lead_to_their_entry() {
 }
 
 #[test]
+fn a_file_that_is_no_trajectory_leads_to_its_entry() {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("no-trajectory.spt");
+    let file = path.display().to_string();
+    let whole = std::fs::read(trajectory()).expect("a trajectory");
+    for (bytes, entry) in [
+        (&whole[..100], "Truncated"),
+        (&[], "Truncated"),
+        (b"no trajectory at all", "Magic"),
+    ] {
+        std::fs::write(&path, bytes).expect("written");
+        let see = format!("docs/troubleshooting.md#TrajectoryError.{entry}");
+        for order in ["upload", "run", "start"] {
+            let output = device(&[order, &file, "--port", "sim:", "--json"]);
+            assert_eq!(object(&output)["see"], see, "{order}");
+            let said = text(&output.stderr);
+            assert!(said.ends_with(&format!("\n  see {see}\n")), "{said}");
+        }
+    }
+}
+
+#[test]
 fn a_move_for_other_limits_is_rejected() {
     let text_of = std::fs::read_to_string(move_file("axis")).expect("a move file");
     let other = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("other-limits.toml");
@@ -267,7 +288,8 @@ fn ports_that_are_absent_busy_or_unknown_say_so() {
     assert!(words.contains("give --port"), "{words}");
     let words = refusal(&["status", "--port", "/dev/there-is-no-such-port"]);
     assert!(
-        words.contains("there is no port /dev/there-is-no-such-port"),
+        words.contains("there is no port /dev/there-is-no-such-port")
+            && words.contains("docs/troubleshooting.md#there-is-no-such-port"),
         "{words}"
     );
     let words = refusal(&["status", "--port", "udp:x:1"]);
@@ -280,6 +302,10 @@ fn ports_that_are_absent_busy_or_unknown_say_so() {
     assert!(!output.status.success());
     let message = object(&output)["message"].to_string();
     assert!(message.contains("nobody answers at 127.0.0.1"), "{message}");
+    assert_eq!(
+        object(&output)["see"],
+        "docs/troubleshooting.md#nobody-answers-at-the-address"
+    );
 }
 
 #[test]

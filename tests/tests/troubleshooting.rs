@@ -50,6 +50,9 @@ const OFF_THE_WIRE: [(&str, &str); 3] = [
     ("Trouble", "firmware/src/cia402/trouble.rs"),
 ];
 
+/// Where the codes are of what the board sees of a drive; each is explained by a `Trouble` of its name.
+const SEEN: &str = "shared/src/drive_error.rs";
+
 /// Where the limit flags are.
 const FLAGS: (&str, &str) = ("LimitFlags", "shared/src/status/flags.rs");
 
@@ -115,6 +118,22 @@ fn flags(source: &str) -> Names {
         .collect()
 }
 
+/// `Trouble.Code` of the codes that the board gives itself, from source.
+fn codes(source: &str) -> Names {
+    let (_, module) = source.split_once("pub mod seen {\n").expect("the codes");
+    let (module, _) = module.split_once("\n}").expect("their end");
+    between(module, "pub const ", ": u16")
+        .iter()
+        .map(|code| {
+            let words = code.split('_').map(|word| {
+                let (first, rest) = word.split_at(1);
+                first.to_owned() + &rest.to_lowercase()
+            });
+            format!("Trouble.{}", words.collect::<String>())
+        })
+        .collect()
+}
+
 /// All reasons there are, given the schema of the protocol.
 fn reasons(schema: &str) -> Names {
     let mut all = on_the_wire(schema);
@@ -124,6 +143,9 @@ fn reasons(schema: &str) -> Names {
         assert!(!found.is_empty(), "{path} has no enum {container}");
         all.extend(found);
     }
+    let found = codes(&read(SEEN));
+    assert!(!found.is_empty(), "{SEEN} has no codes");
+    all.extend(found);
     let found = flags(&read(FLAGS.1));
     assert!(!found.is_empty(), "{} has no flags", FLAGS.1);
     all.extend(found);

@@ -16,7 +16,7 @@ mod store;
 mod upload;
 mod words;
 
-use super::Failure;
+use super::{Failure, TrajectoryFileError};
 use clap::{Args, Subcommand};
 use line::Explained;
 use serde_json::{Value, json};
@@ -112,10 +112,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// A failure as JSON: in the same words, and where they are explained.
 pub(super) fn failed(failure: &(dyn std::error::Error + 'static)) -> Value {
-    match failure.downcast_ref() {
-        Some(Explained { message, see }) => {
-            json!({"status": "error", "message": message, "see": see})
-        }
-        None => json!({"status": "error", "message": failure.to_string(), "see": null}),
+    json!({"status": "error", "message": failure.to_string(), "see": see(failure)})
+}
+
+/// Where a failure is explained, if it is.
+pub(super) fn see(failure: &(dyn std::error::Error + 'static)) -> Option<String> {
+    if let Some(Explained { see, .. }) = failure.downcast_ref() {
+        return see.clone();
     }
+    let TrajectoryFileError { source, .. } = failure.downcast_ref()?;
+    Some(entry::of_trajectory(source))
 }
