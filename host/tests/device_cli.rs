@@ -276,6 +276,33 @@ fn drives_are_sent_as_in_the_docs_and_shown_in_the_same_form() {
     std::fs::write(&drives, example.replace("node = 3", "node = 2")).expect("written");
     let words = refusal(&["config", "--drives", &path, "--port", "sim:"]);
     assert!(words.contains("node id 2"), "{words}");
+    assert!(
+        words.contains("docs/troubleshooting.md#DriveConfigError.NodeTwice"),
+        "{words}"
+    );
+
+    // One more key, in line 3, and one that is missing.
+    let (head, rest) = example.split_once("\n").expect("lines");
+    for (changed, wrong) in [
+        (format!("{head}\nperiod_ms = 2\n{rest}"), "`period_ms`"),
+        (example.replace("node = 2", "nodes = 2"), "`nodes`"),
+        (format!("controller = 1\n{example}"), "`controller`"),
+        (example.replace("home_counts = 0", ""), "`home_counts`"),
+    ] {
+        std::fs::write(&drives, &changed).expect("written");
+        let words = refusal(&["config", "--drives", &path, "--port", "sim:"]);
+        let line = changed
+            .lines()
+            .position(|line| line.contains(&wrong[1..wrong.len() - 1]));
+        let place = line.map_or(String::new(), |line| format!("at line {}", line + 1));
+        assert!(
+            words.contains(&path)
+                && words.contains(wrong)
+                && words.contains(&place)
+                && words.contains("docs/troubleshooting.md#drive-configuration"),
+            "{words}"
+        );
+    }
 
     // A new board has none, and says where to find one.
     let output = device(&["config", "--port", "sim:"]);

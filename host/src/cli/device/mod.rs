@@ -1,6 +1,7 @@
 //! `stillpoint device …`: what a board can be told and asked. One file per group of orders.
 
 mod config;
+mod drives_file;
 mod entry;
 mod fault;
 mod hello;
