@@ -381,6 +381,15 @@ fn a_short_timeout_is_kept_or_refused() {
     assert_eq!(object(&output)["state"], "Done", "{output:?}");
 }
 
+#[test]
+fn a_start_says_what_the_board_does_without_it() {
+    let board = Board::at(0.0).loaded();
+    let output = board.tell(&["start", "--arm", "--timeout-ms", "900"]);
+    assert_eq!(object(&output)["order"], "start");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("up to 900 ms more, then holds"), "{said}");
+}
+
 /// After a dry run, which has left the axes where they stand.
 #[test]
 fn an_armed_move_is_at_its_start() {

@@ -96,6 +96,28 @@ fn a_planned_move_runs_to_its_end() {
     assert!((end_rad - 1.0).abs() < 1e-3, "{end_rad}");
 }
 
+/// The drives' fate after the command stands on stderr, whatever the form of the result.
+#[test]
+fn a_run_says_what_the_board_does_without_it() {
+    let (file, path) = (move_file("axis"), trajectory());
+    let run = |more: &[&str]| {
+        let usual = ["run", path, "--move", &file, "--port", "sim:"];
+        let output = device(&[&usual[..], more].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stderr)
+    };
+    let said = run(&[]);
+    assert!(said.contains("then holds the move"), "{said}");
+    assert!(said.contains("the drives stay on"), "{said}");
+    let said = run(&["--comms", "quick-stop", "--timeout-ms", "700"]);
+    assert!(
+        said.contains("switches the drives off 700 ms after"),
+        "{said}"
+    );
+    let said = run(&["--disarm"]);
+    assert!(!said.contains("hold the end of the move"), "{said}");
+}
+
 #[test]
 fn a_dry_run_moves_nothing() {
     let (file, path) = (move_file("axis"), trajectory());

@@ -53,12 +53,18 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
         );
         let request = how.request(&board, header.content_hash, header.limits_hash);
         start::play(&mut board, &status, &request, !how.dry_run)?;
+        terminal::step(&format!(
+            "the move has begun; were this command to end before it, {}",
+            how.without_host()
+        ));
         let status = until_done(&mut board, how, between, status.tick);
         terminal::end_bar();
         let status = status?;
         if arguments.disarm && !how.dry_run {
             board.interrupt_by(None);
             board.order(&Request::Disarm).map_err(Explained::from)?;
+        } else if let Some(does) = how.after_the_end() {
+            terminal::step(&does);
         }
         Ok((uploaded, status))
     })();
