@@ -415,6 +415,41 @@ fn the_monitor_writes_what_comes() {
 }
 
 #[test]
+fn the_monitor_shows_the_channels_that_were_chosen() {
+    let monitor = |more: &[&str]| {
+        let usual = ["monitor", "--port", "sim:", "--seconds", "0.2"];
+        device(&[&usual[..], more].concat())
+    };
+    let output = monitor(&["--csv", "--channels", "measured_position,limited"]);
+    let csv = text(&output.stdout);
+    let heading = "tick,state,path_s,path_speed,dropped,lost,measured_position_1_rad,measured_position_2_rad,\
+                   measured_position_3_rad,limited_1,limited_2,limited_3";
+    assert_eq!(csv.lines().next(), Some(heading));
+    assert!(
+        csv.lines().all(|line| line.split(',').count() == 12),
+        "{csv}"
+    );
+
+    let output = monitor(&["--json", "--channels", "setpoint_torque"]);
+    let lines = text(&output.stdout);
+    let sample: Value = serde_json::from_str(lines.lines().next().expect("a line")).expect("JSON");
+    assert_eq!(
+        sample["setpoint_torque_nm"].as_array().map(Vec::len),
+        Some(3)
+    );
+    assert_eq!(sample.get("measured_position_rad"), None);
+    assert_eq!(sample.get("limited"), None);
+
+    let words = text(&monitor(&["--channels", "torque"]).stderr);
+    assert!(
+        words.contains("'torque'") && words.contains("setpoint_torque, measured_position"),
+        "{words}"
+    );
+    let words = text(&monitor(&["--rate", "0"]).stderr);
+    assert!(words.contains("a positive number of samples"), "{words}");
+}
+
+#[test]
 fn questions_are_answered_and_ports_are_listed() {
     for order in ["ports", "status", "fault", "list", "stop", "config"] {
         let output = device(&[order, "--port", "sim:", "--json"]);

@@ -11,6 +11,7 @@ mod monitor;
 mod orders;
 mod ports;
 mod run;
+mod samples;
 mod start;
 mod status;
 mod store;

@@ -1,6 +1,7 @@
 //! `stillpoint device monitor`: telemetry as a live table, as CSV or as JSON lines.
 
 use super::line::{self, Board, Explained};
+use super::samples::{self, Channel, NAMES};
 use super::words;
 use crate::cli::{Failure, terminal};
 use crate::device::{Received, Transport};
@@ -11,7 +12,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 use stillpoint_shared::ordinal;
 use stillpoint_shared::protocol::{Channels, Request, Telemetry, TelemetryConfig};
-use stillpoint_shared::time::{self, TIME_TICKS_PER_SECOND};
+use stillpoint_shared::time;
 
 /// Show telemetry until Ctrl-C.
 #[derive(Debug, Args)]
@@ -23,29 +24,15 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
     /// Samples per second
-    #[arg(long, value_name = "HZ", default_value_t = 20.0)]
+    #[arg(long, value_name = "HZ", default_value_t = 20.0, value_parser = samples::rate_hz)]
     rate: f64,
+    /// What the samples carry; all if none is named. Fewer leave the line more room
+    #[arg(long, value_name = "NAME,NAME", value_enum, value_delimiter = ',')]
+    channels: Vec<Channel>,
     /// Send a sign of life every 0.2 s, so that a move that was started with --comms hold or quick-stop goes on
     #[arg(long)]
     keep_alive: bool,
 }
-
-/// Names of the channels with values, for headings, with their units.
-const NAMES: [(Channels, &str, &str); 5] = [
-    (Channels::SETPOINT_POSITION, "setpoint_position", "rad"),
-    (
-        Channels::SETPOINT_VELOCITY,
-        "setpoint_velocity",
-        "rad_per_s",
-    ),
-    (Channels::SETPOINT_TORQUE, "setpoint_torque", "nm"),
-    (Channels::MEASURED_POSITION, "measured_position", "rad"),
-    (
-        Channels::MEASURED_VELOCITY,
-        "measured_velocity",
-        "rad_per_s",
-    ),
-];
 
 /// How long a sample is waited for before anything else is looked at.
 const GLANCE: Duration = Duration::from_millis(100);
@@ -69,9 +56,6 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
         .map(Duration::try_from_secs_f64)
         .transpose();
     let seconds = seconds.map_err(|_| "--seconds takes a number of seconds from 0 on")?;
-    if !(arguments.rate.is_finite() && arguments.rate > 0.0) {
-        return Err("--rate takes a positive number of samples per second".into());
-    }
     let form = match (line.json, arguments.csv) {
         (true, _) => Form::Json,
         (_, true) => Form::Csv,
@@ -79,19 +63,13 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
         _ => Form::Lines,
     };
     let mut board = line.open(None)?;
-    let ticks_per_s =
-        f64::from(TIME_TICKS_PER_SECOND) / f64::from(board.identity().period_ticks.max(1));
-    let every_ticks = (ticks_per_s / arguments.rate)
-        .round()
-        .clamp(1.0, f64::from(u16::MAX));
-    let telemetry = TelemetryConfig {
-        every_ticks: every_ticks as u16,
-        channels: Channels::ALL,
-    };
+    let channels = samples::chosen(&arguments.channels);
+    let telemetry = samples::telemetry(&board, arguments.rate, channels);
     board
         .order(&Request::SetTelemetry(telemetry))
         .map_err(Explained::from)?;
-    let patience = PATIENCE + Duration::from_secs_f64(every_ticks / ticks_per_s);
+    let between_s = f64::from(telemetry.every_ticks) / samples::ticks_per_s(&board);
+    let patience = PATIENCE + Duration::from_secs_f64(between_s);
     let result = watch(&mut board, form, seconds, arguments.keep_alive, patience);
     // What comes out of this counts less than what came before.
     let off = board.order(&Request::SetTelemetry(TelemetryConfig::OFF));
@@ -134,11 +112,18 @@ fn watch(
         lost += u64::from(received.lost);
         let text = match form {
             Form::Json => format!("{}\n", object(&received)),
-            Form::Csv if first => heading(&received.telemetry) + &row(&received, ","),
-            Form::Csv => row(&received, ","),
+            Form::Csv => {
+                let head = if first {
+                    let axes = board.identity().axes;
+                    samples::heading(received.telemetry.channels, axes)
+                } else {
+                    String::new()
+                };
+                head + &samples::row(&received)
+            }
             Form::Lines => brief(&received.telemetry),
             Form::Live => {
-                let table = table(&received.telemetry, lost);
+                let table = table(&received.telemetry, lost, board.identity().axes.into());
                 let up = if lines > 0 {
                     format!("\x1b[{lines}A\x1b[J")
                 } else {
@@ -166,43 +151,6 @@ fn shown(text: &str) -> Result<bool, Failure> {
     }
 }
 
-fn heading(sample: &Telemetry) -> String {
-    let mut text = "tick,state,path_s,path_speed,dropped,lost".to_owned();
-    for (channel, name, unit) in NAMES {
-        for axis in 0..sample.channel(channel).len() {
-            text += &format!(",{name}_{}_{unit}", ordinal(axis));
-        }
-    }
-    for axis in 0..sample.limited.len() {
-        text += &format!(",limited_{}", ordinal(axis));
-    }
-    text + "\n"
-}
-
-fn row(received: &Received, separator: &str) -> String {
-    let sample = &received.telemetry;
-    let mut cells = vec![
-        sample.tick.to_string(),
-        format!("{:?}", sample.state),
-        time::seconds(sample.path_ticks).to_string(),
-        sample.path_speed.to_string(),
-        sample.dropped.to_string(),
-        received.lost.to_string(),
-    ];
-    for (channel, ..) in NAMES {
-        // Nothing where nothing was measured.
-        cells.extend(sample.channel(channel).iter().map(|value| {
-            if value.is_nan() {
-                String::new()
-            } else {
-                value.to_string()
-            }
-        }));
-    }
-    cells.extend(sample.limited.iter().map(|flags| flags.bits().to_string()));
-    cells.join(separator) + "\n"
-}
-
 fn object(received: &Received) -> serde_json::Value {
     let sample = &received.telemetry;
     let mut object = json!({
@@ -212,10 +160,15 @@ fn object(received: &Received) -> serde_json::Value {
         "path_speed": sample.path_speed,
         "dropped": sample.dropped,
         "lost": received.lost,
-        "limited": sample.limited.iter().map(|&flags| words::limits(flags)).collect::<Vec<_>>(),
     });
+    if sample.channels.contains(Channels::LIMITS) {
+        let limited = sample.limited.iter().map(|&flags| words::limits(flags));
+        object["limited"] = limited.collect();
+    }
     for (channel, name, unit) in NAMES {
-        object[format!("{name}_{unit}")] = json!(sample.channel(channel));
+        if sample.channels.contains(channel) {
+            object[format!("{name}_{unit}")] = json!(sample.channel(channel));
+        }
     }
     object
 }
@@ -227,13 +180,21 @@ fn brief(sample: &Telemetry) -> String {
         format!("{:?}", sample.state),
         time::seconds(sample.path_ticks) * 1e3
     );
-    for value in sample.channel(Channels::MEASURED_POSITION) {
-        text += &format!("  {value:>10.6} rad");
+    // One channel fits a line: where the axes are, or else the first that was chosen.
+    let chosen = |(channel, ..): &&(Channels, &str, &str)| sample.channels.contains(*channel);
+    let measured = NAMES
+        .iter()
+        .filter(chosen)
+        .find(|(channel, ..)| *channel == Channels::MEASURED_POSITION);
+    if let Some((channel, _, unit)) = measured.or_else(|| NAMES.iter().find(chosen)) {
+        for value in sample.channel(*channel) {
+            text += &format!("  {value:>10.6} {unit}");
+        }
     }
     text + "\n"
 }
 
-fn table(sample: &Telemetry, lost: u64) -> String {
+fn table(sample: &Telemetry, lost: u64, axes: usize) -> String {
     let mut text = format!(
         "{:?}  {:.4} ms  speed {:.0} %  tick {}  dropped {}  lost {lost}\n\
          axis   set-point/rad   measured/rad     error/rad   speed/rad/s    torque/N·m  limits\n",
@@ -247,16 +208,19 @@ fn table(sample: &Telemetry, lost: u64) -> String {
         let values: &[f32] = sample.channel(channel);
         values.get(axis).copied().unwrap_or(f32::NAN)
     };
-    for (axis, flags) in sample.limited.iter().enumerate() {
+    for axis in 0..axes {
+        let limits = match sample.limited.get(axis) {
+            Some(&flags) => words::limits(flags).join(", "),
+            None => "–".to_owned(),
+        };
         let wanted = of(Channels::SETPOINT_POSITION, axis);
         let measured = of(Channels::MEASURED_POSITION, axis);
         text += &format!(
-            "{:>4} {wanted:>15.6} {measured:>14.6} {:>13.2e} {:>13.4} {:>13.3}  {}\n",
+            "{:>4} {wanted:>15.6} {measured:>14.6} {:>13.2e} {:>13.4} {:>13.3}  {limits}\n",
             ordinal(axis),
             wanted - measured,
             of(Channels::MEASURED_VELOCITY, axis),
             of(Channels::SETPOINT_TORQUE, axis),
-            words::limits(*flags).join(", ")
         );
     }
     text
