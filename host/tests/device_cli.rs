@@ -96,6 +96,65 @@ fn a_planned_move_runs_to_its_end() {
     assert!((end_rad - 1.0).abs() < 1e-3, "{end_rad}");
 }
 
+#[test]
+fn a_run_is_recorded_from_its_beginning_to_its_end() {
+    let (file, path) = (move_file("axis"), trajectory());
+    let csv = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("run.csv");
+    let name = csv.display().to_string();
+    let run = |more: &[&str]| {
+        let usual = ["run", path, "--move", &file, "--port", "sim:", "--json"];
+        device(&[&usual[..], more].concat())
+    };
+    let _ = std::fs::remove_file(&csv);
+    let output = run(&["--csv", &name, "--rate", "1000"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let run_of = object(&output);
+    let written = std::fs::read_to_string(&csv).expect("a record");
+    let mut lines = written.lines();
+    let heading: Vec<_> = lines.next().expect("a heading").split(',').collect();
+    assert!(heading.contains(&"measured_position_1_rad"), "{heading:?}");
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert!(rows.iter().all(|row| row.len() == heading.len()));
+    let column = |name: &str| {
+        let place = heading.iter().position(|cell| *cell == name);
+        let place = place.expect("a column");
+        let cells = rows.iter().map(|row| row[place].parse::<f64>());
+        cells
+            .map(|cell| cell.expect("a number"))
+            .collect::<Vec<_>>()
+    };
+    let (ticks, path_s) = (column("tick"), column("path_s"));
+    assert!(ticks.windows(2).all(|pair| pair[0] < pair[1]), "{ticks:?}");
+    // From its first millisecond to its end, and each in between.
+    let duration_s = run_of["duration_s"].as_f64().expect("a number");
+    assert!(path_s[0] <= 1e-3, "{path_s:?}");
+    assert_eq!(path_s.last(), Some(&duration_s));
+    assert_eq!(rows[0][1], "Running");
+    let during = path_s.iter().filter(|&&path_s| path_s < duration_s).count();
+    assert!(during as f64 >= duration_s * 1e3 - 1.0, "{during}");
+    assert_eq!(run_of["samples"]["rows"], rows.len());
+    assert_eq!(run_of["samples"]["dropped"], 0);
+    assert_eq!(run_of["samples"]["lost"], 0);
+    let left = csv.with_extension("csv.part");
+    assert!(!left.exists());
+
+    // Nothing moves, nothing is left, and what stood there stays.
+    let output = run(&["--csv", "/there-is-no-such-folder/run.csv"]);
+    assert!(!output.status.success());
+    assert!(text(&output.stderr).contains("cannot write /there-is-no-such-folder/run.csv"));
+    assert!(!text(&output.stderr).contains("switching the drives on"));
+    let output = run(&["--csv", &name, "--comms", "hold", "--timeout-ms", "0"]);
+    assert!(!output.status.success());
+    assert!(!left.exists());
+    assert_eq!(std::fs::read_to_string(&csv).expect("the record"), written);
+
+    let output = run(&["--csv", &name, "--channels", "measured_position"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let written = std::fs::read_to_string(&csv).expect("a record");
+    let heading = "tick,state,path_s,path_speed,dropped,lost,measured_position_1_rad";
+    assert_eq!(written.lines().next(), Some(heading));
+}
+
 /// The drives' fate after the command stands on stderr, whatever the form of the result.
 #[test]
 fn a_run_says_what_the_board_does_without_it() {

@@ -10,6 +10,7 @@ mod log;
 mod monitor;
 mod orders;
 mod ports;
+mod record;
 mod run;
 mod samples;
 mod start;
