@@ -4,17 +4,18 @@ use super::line::{self, Board, Explained};
 use super::samples::{self, Channel, NAMES};
 use super::words;
 use crate::cli::{Failure, terminal};
-use crate::device::{Received, Transport};
+use crate::device::{DeviceError, Received, Transport};
 use clap::Args;
 use serde_json::json;
 use std::io::{ErrorKind, IsTerminal, Write, stdout};
 use std::sync::atomic::Ordering;
+use std::thread;
 use std::time::Duration;
 use stillpoint_shared::ordinal;
 use stillpoint_shared::protocol::{Channels, Request, Telemetry, TelemetryConfig};
 use stillpoint_shared::time;
 
-/// Show telemetry until Ctrl-C.
+/// Show telemetry until Ctrl-C. A line that fails is looked for again, ten times.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Print the samples as CSV on stdout
@@ -40,6 +41,11 @@ const GLANCE: Duration = Duration::from_millis(100);
 const BEAT: Duration = Duration::from_millis(200);
 /// Longest silence besides the time between two samples.
 const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Times a board is looked for without a sample in between.
+const TRIES: u32 = 10;
+/// Time between two of them: a cable is plugged in again within all.
+const BETWEEN_TRIES: Duration = Duration::from_secs(1);
 
 /// How samples are shown.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -70,7 +76,14 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
         .map_err(Explained::from)?;
     let between_s = f64::from(telemetry.every_ticks) / samples::ticks_per_s(&board);
     let patience = PATIENCE + Duration::from_secs_f64(between_s);
-    let result = watch(&mut board, form, seconds, arguments.keep_alive, patience);
+    let watch = Watch {
+        telemetry,
+        form,
+        seconds,
+        keep_alive: arguments.keep_alive,
+        patience,
+    };
+    let result = watch.show(&mut board);
     // What comes out of this counts less than what came before.
     let off = board.order(&Request::SetTelemetry(TelemetryConfig::OFF));
     line.say_faults(&board);
@@ -78,67 +91,110 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
     Ok(off.map_err(Explained::from)?)
 }
 
-fn watch(
-    board: &mut Board,
+/// What is watched, and how it is shown.
+struct Watch {
+    telemetry: TelemetryConfig,
     form: Form,
     seconds: Option<Duration>,
     keep_alive: bool,
     patience: Duration,
-) -> Result<(), Failure> {
-    let interrupted = terminal::interrupted();
-    let began = board.transport().now();
-    let (mut beat, mut heard, mut lines, mut lost) = (began, began, 0, 0u64);
-    let mut first = true;
-    while !interrupted.load(Ordering::Relaxed) {
-        let now = board.transport().now();
-        if seconds.is_some_and(|seconds| now - began >= seconds) {
-            break;
-        }
-        if keep_alive && now >= beat {
-            board.order(&Request::KeepAlive).map_err(Explained::from)?;
-            beat = now + BEAT;
-        }
-        let Some(received) = board.telemetry(GLANCE).map_err(Explained::from)? else {
-            if board.transport().now() - heard > patience {
-                return Err(format!(
-                    "no telemetry came for {:.1} s: the board was restarted, or somebody else has connected to it",
-                    patience.as_secs_f64()
-                )
-                .into());
+}
+
+impl Watch {
+    fn show(&self, board: &mut Board) -> Result<(), Failure> {
+        let interrupted = terminal::interrupted();
+        let began = board.transport().now();
+        let (mut beat, mut heard, mut lines, mut lost) = (began, began, 0, 0u64);
+        let (mut first, mut tries) = (true, 0);
+        while !interrupted.load(Ordering::Relaxed) {
+            let now = board.transport().now();
+            if self.seconds.is_some_and(|seconds| now - began >= seconds) {
+                break;
             }
-            continue;
-        };
-        heard = board.transport().now();
-        lost += u64::from(received.lost);
-        let text = match form {
-            Form::Json => format!("{}\n", object(&received)),
-            Form::Csv => {
-                let head = if first {
-                    let axes = board.identity().axes;
-                    samples::heading(received.telemetry.channels, axes)
-                } else {
-                    String::new()
-                };
-                head + &samples::row(&received)
+            let alive = if self.keep_alive && now >= beat {
+                beat = now + BEAT;
+                board.order(&Request::KeepAlive)
+            } else {
+                Ok(())
+            };
+            let received = match alive.and_then(|()| board.telemetry(GLANCE)) {
+                Ok(Some(received)) => received,
+                Ok(None) if board.transport().now() - heard > self.patience => {
+                    return Err(format!(
+                        "no telemetry came for {:.1} s: the board was restarted, or somebody else has connected to it",
+                        self.patience.as_secs_f64()
+                    )
+                    .into());
+                }
+                Ok(None) => continue,
+                Err(error) => {
+                    self.connect_anew(board, error, &mut tries)?;
+                    (heard, lines) = (board.transport().now(), 0);
+                    continue;
+                }
+            };
+            (heard, tries) = (board.transport().now(), 0);
+            lost += u64::from(received.lost);
+            let text = match self.form {
+                Form::Json => format!("{}\n", object(&received)),
+                Form::Csv => {
+                    let head = if first {
+                        let axes = board.identity().axes;
+                        samples::heading(received.telemetry.channels, axes)
+                    } else {
+                        String::new()
+                    };
+                    head + &samples::row(&received)
+                }
+                Form::Lines => brief(&received.telemetry),
+                Form::Live => {
+                    let table = table(&received.telemetry, lost, board.identity().axes.into());
+                    let up = if lines > 0 {
+                        format!("\x1b[{lines}A\x1b[J")
+                    } else {
+                        String::new()
+                    };
+                    lines = table.lines().count();
+                    up + &table
+                }
+            };
+            first = false;
+            if !shown(&text)? {
+                break;
             }
-            Form::Lines => brief(&received.telemetry),
-            Form::Live => {
-                let table = table(&received.telemetry, lost, board.identity().axes.into());
-                let up = if lines > 0 {
-                    format!("\x1b[{lines}A\x1b[J")
-                } else {
-                    String::new()
-                };
-                lines = table.lines().count();
-                up + &table
-            }
-        };
-        first = false;
-        if !shown(&text)? {
-            break;
         }
+        Ok(())
     }
-    Ok(())
+
+    /// Looks for a board that is out of reach, and has it send samples again. Nothing that moves is ordered: what a hold
+    /// has stopped meanwhile stays where it is.
+    fn connect_anew(
+        &self,
+        board: &mut Board,
+        mut error: DeviceError,
+        tries: &mut u32,
+    ) -> Result<(), Failure> {
+        let interrupted = terminal::interrupted();
+        while error.is_out_of_reach() && *tries < TRIES {
+            if *tries > 0 {
+                thread::sleep(BETWEEN_TRIES);
+            }
+            if interrupted.load(Ordering::Relaxed) {
+                return Ok(());
+            }
+            *tries += 1;
+            terminal::step(&format!("{error}; connecting anew ({tries} of {TRIES})"));
+            let connected = board.reconnect().map(drop);
+            match connected.and_then(|()| board.order(&Request::SetTelemetry(self.telemetry))) {
+                Ok(()) => {
+                    terminal::step("connected again; samples between are missing");
+                    return Ok(());
+                }
+                Err(failed) => error = failed,
+            }
+        }
+        Err(Explained::from(error).into())
+    }
 }
 
 /// Writes; false where the reader has seen enough.

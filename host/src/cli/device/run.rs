@@ -10,6 +10,7 @@ use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::thread;
 use std::time::Duration;
 use stillpoint_shared::Trajectory;
 use stillpoint_shared::protocol::{Request, Response, Status};
@@ -50,6 +51,8 @@ pub(super) struct Arguments {
     channels: Vec<Channel>,
 }
 
+/// Time before a new connection, for whoever has taken the line to stop the move.
+const BEFORE_ANEW: Duration = Duration::from_millis(100);
 /// Samples per second in a record: 25 of the paper's move.
 const RATE_HZ: f64 = 500.0;
 
@@ -131,14 +134,26 @@ fn until_done(
 ) -> Result<Status, Explained> {
     // Where, and `tick` when, the board was last heard.
     let mut reached = "its start".to_owned();
+    let mut wait = Duration::ZERO;
     loop {
-        let status = match board.status() {
+        let heard = again(board, recording, |board, recording| {
+            board.wait(wait)?;
+            if let Some(recording) = recording {
+                recording.keep(board)?;
+            }
+            board.status()
+        });
+        wait = between;
+        let status = match heard {
             Ok(status) => status,
             Err(DeviceError::Interrupted) => {
                 // This and what follows has to come through.
                 board.interrupt_by(None);
-                let stopped = board.order(&Request::QuickStop);
+                let stopped = again(board, recording, |board, _| {
+                    board.order(&Request::QuickStop)
+                });
                 stopped.map_err(|error| out_of_reach(error, how, &reached))?;
+                wait = Duration::ZERO;
                 continue;
             }
             Err(error) => return Err(out_of_reach(error, how, &reached)),
@@ -178,20 +193,37 @@ fn until_done(
             &format!("{:?}, {now_ms:.1} of {end_ms:.1} ms", status.state),
         );
         (reached, tick) = (here, status.tick);
-        let waited = board.wait(between).and_then(|()| match recording {
-            Some(recording) => recording.keep(board),
-            None => Ok(()),
-        });
-        waited.map_err(|error| out_of_reach(error, how, &reached))?;
     }
+}
+
+/// Asks, and where the board is out of reach asks once more on a new connection. A greeting is no sign of life, and a move
+/// that the board holds meanwhile stays held.
+fn again<T>(
+    board: &mut Board,
+    recording: &mut Option<Recording>,
+    mut ask: impl FnMut(&mut Board, &mut Option<Recording>) -> Result<T, DeviceError>,
+) -> Result<T, DeviceError> {
+    let error = match ask(board, recording) {
+        Err(error) if error.is_out_of_reach() => error,
+        answered => return answered,
+    };
+    terminal::step(&format!("{error}; connecting anew"));
+    thread::sleep(BEFORE_ANEW);
+    match board.reconnect() {
+        Ok(_) => {}
+        Err(DeviceError::Interrupted) => return Err(DeviceError::Interrupted),
+        // The first error is the nearest to the cause.
+        Err(_) => return Err(error),
+    }
+    if let Some(recording) = recording {
+        recording.begin(board)?;
+    }
+    ask(board, recording)
 }
 
 /// A board that no longer answers, and what it does now.
 fn out_of_reach(error: DeviceError, how: &start::How, reached: &str) -> Explained {
-    let lost = matches!(
-        error,
-        DeviceError::Transport(_) | DeviceError::Unanswered { .. } | DeviceError::Silent { .. }
-    );
+    let lost = error.is_out_of_reach();
     let explained = Explained::from(error);
     if !lost {
         return explained;
