@@ -17,8 +17,12 @@ use stillpoint_firmware::State;
 enum Event {
     /// It loses its power and gets it back.
     Restart,
+    /// Somebody holds the move.
+    Hold,
     /// The connection ends; another one may come.
     HangUp,
+    /// The connection ends, and nobody listens any more.
+    Leave,
     /// It is no longer heard.
     Mute,
 }
@@ -115,7 +119,9 @@ fn serve(
     loop {
         match happens.try_recv() {
             Ok(Event::Restart) => board.restart().expect("the same limits"),
+            Ok(Event::Hold) => board.machine.executor.hold().expect("it runs"),
             Ok(Event::HangUp) => stream = None,
+            Ok(Event::Leave) => return,
             Ok(Event::Mute) => board.mute(true),
             Err(_) => {}
         }
@@ -314,7 +320,7 @@ fn a_board_that_goes_away_during_the_move_is_told_apart() {
         board.events.send(event).expect("it is there");
         failure(&child.wait_with_output().expect("it ends"))
     };
-    let lost = run("hold", Event::HangUp);
+    let lost = run("hold", Event::Leave);
     says(
         &lost,
         &[
@@ -340,6 +346,63 @@ fn a_board_that_goes_away_during_the_move_is_told_apart() {
         restarted["see"],
         "docs/troubleshooting.md#FaultCause.Restart"
     );
+}
+
+/// A connection that ends for a moment; the board goes on, and so does the command.
+#[test]
+fn a_run_goes_on_over_a_new_connection() {
+    let board = Board::at(0.0).loaded();
+    board.ask(&["override", "10"]);
+    let child = board.begin(&["run", trajectory()]);
+    board.until(State::Running);
+    board.events.send(Event::HangUp).expect("it is there");
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(object(&output)["state"], "Done", "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(said.matches("connecting anew").count(), 1, "{said}");
+}
+
+/// A hold that somebody ordered is not taken back by a new connection.
+#[test]
+fn a_new_connection_resumes_nothing() {
+    let board = Board::at(0.0).loaded();
+    board.ask(&["override", "1"]);
+    let child = board.begin(&["run", trajectory(), "--timeout-ms", "1000"]);
+    board.until(State::Running);
+    board.events.send(Event::Hold).expect("it is there");
+    board.until(State::Held);
+    board.events.send(Event::HangUp).expect("it is there");
+    a_moment();
+    assert_eq!(board.state(), State::Held);
+    interrupt(&child);
+    let failure = failure(&child.wait_with_output().expect("it ends"));
+    says(&failure, &["a quick stop was asked for"]);
+}
+
+#[test]
+fn a_monitor_goes_on_over_a_new_connection_and_gives_up_at_last() {
+    let board = Board::at(0.0);
+    let child = board.begin(&["monitor", "--seconds", "5", "--rate", "50"]);
+    a_moment();
+    board.events.send(Event::HangUp).expect("it is there");
+    a_moment();
+    board.events.send(Event::Restart).expect("it is there");
+    board.events.send(Event::HangUp).expect("it is there");
+    let output = child.wait_with_output().expect("it ends");
+    assert!(output.status.success(), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(said.matches("connected again").count(), 2, "{said}");
+    let lines = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(lines.lines().count() > 150, "{}", lines.lines().count());
+
+    let child = board.begin(&["monitor"]);
+    a_moment();
+    board.events.send(Event::Leave).expect("it is there");
+    let output = child.wait_with_output().expect("it ends");
+    assert!(!output.status.success());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("connecting anew (10 of 10)"), "{said}");
+    assert!(said.contains("nobody answers at 127.0.0.1"), "{said}");
 }
 
 /// Ctrl-C is looked at between two tries to be heard; then the quick stop has its own tries.
@@ -379,6 +442,15 @@ fn a_short_timeout_is_kept_or_refused() {
     ]);
     let output = { output }.output().expect("it runs");
     assert_eq!(object(&output)["state"], "Done", "{output:?}");
+}
+
+#[test]
+fn a_start_says_what_the_board_does_without_it() {
+    let board = Board::at(0.0).loaded();
+    let output = board.tell(&["start", "--arm", "--timeout-ms", "900"]);
+    assert_eq!(object(&output)["order"], "start");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("up to 900 ms more, then holds"), "{said}");
 }
 
 /// After a dry run, which has left the axes where they stand.

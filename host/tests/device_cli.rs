@@ -69,6 +69,17 @@ fn hello_says_in_json_who_is_there() {
 }
 
 #[test]
+fn a_board_without_limits_says_that_it_has_none() {
+    for order in ["hello", "status"] {
+        let output = device(&[order, "--port", "sim:"]);
+        let said = text(&output.stdout);
+        assert!(said.contains("limits none yet"), "{said}");
+        let output = device(&[order, "--port", "sim:", "--json"]);
+        assert_eq!(object(&output)["limits_hash"], Value::Null, "{order}");
+    }
+}
+
+#[test]
 fn a_planned_move_runs_to_its_end() {
     let (file, path) = (move_file("axis"), trajectory());
     let output = device(&["run", path, "--move", &file, "--port", "sim:", "--json"]);
@@ -83,6 +94,87 @@ fn a_planned_move_runs_to_its_end() {
     assert_eq!(run["loaded"], info["content_hash"]);
     assert_eq!(run["duration_s"], info["duration_s"]);
     assert!((end_rad - 1.0).abs() < 1e-3, "{end_rad}");
+}
+
+#[test]
+fn a_run_is_recorded_from_its_beginning_to_its_end() {
+    let (file, path) = (move_file("axis"), trajectory());
+    let csv = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("run.csv");
+    let name = csv.display().to_string();
+    let run = |more: &[&str]| {
+        let usual = ["run", path, "--move", &file, "--port", "sim:", "--json"];
+        device(&[&usual[..], more].concat())
+    };
+    let _ = std::fs::remove_file(&csv);
+    let output = run(&["--csv", &name, "--rate", "1000"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let run_of = object(&output);
+    let written = std::fs::read_to_string(&csv).expect("a record");
+    let mut lines = written.lines();
+    let heading: Vec<_> = lines.next().expect("a heading").split(',').collect();
+    assert!(heading.contains(&"measured_position_1_rad"), "{heading:?}");
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert!(rows.iter().all(|row| row.len() == heading.len()));
+    let column = |name: &str| {
+        let place = heading.iter().position(|cell| *cell == name);
+        let place = place.expect("a column");
+        let cells = rows.iter().map(|row| row[place].parse::<f64>());
+        cells
+            .map(|cell| cell.expect("a number"))
+            .collect::<Vec<_>>()
+    };
+    let (ticks, path_s) = (column("tick"), column("path_s"));
+    assert!(ticks.windows(2).all(|pair| pair[0] < pair[1]), "{ticks:?}");
+    // From its first millisecond to its end, and each in between.
+    let duration_s = run_of["duration_s"].as_f64().expect("a number");
+    assert!(path_s[0] <= 1e-3, "{path_s:?}");
+    assert_eq!(path_s.last(), Some(&duration_s));
+    assert_eq!(rows[0][1], "Running");
+    let during = path_s.iter().filter(|&&path_s| path_s < duration_s).count();
+    assert!(during as f64 >= duration_s * 1e3 - 1.0, "{during}");
+    assert_eq!(run_of["samples"]["rows"], rows.len());
+    assert_eq!(run_of["samples"]["dropped"], 0);
+    assert_eq!(run_of["samples"]["lost"], 0);
+    let left = csv.with_extension("csv.part");
+    assert!(!left.exists());
+
+    // Nothing moves, nothing is left, and what stood there stays.
+    let output = run(&["--csv", "/there-is-no-such-folder/run.csv"]);
+    assert!(!output.status.success());
+    assert!(text(&output.stderr).contains("cannot write /there-is-no-such-folder/run.csv"));
+    assert!(!text(&output.stderr).contains("switching the drives on"));
+    let output = run(&["--csv", &name, "--comms", "hold", "--timeout-ms", "0"]);
+    assert!(!output.status.success());
+    assert!(!left.exists());
+    assert_eq!(std::fs::read_to_string(&csv).expect("the record"), written);
+
+    let output = run(&["--csv", &name, "--channels", "measured_position"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let written = std::fs::read_to_string(&csv).expect("a record");
+    let heading = "tick,state,path_s,path_speed,dropped,lost,measured_position_1_rad";
+    assert_eq!(written.lines().next(), Some(heading));
+}
+
+/// The drives' fate after the command stands on stderr, whatever the form of the result.
+#[test]
+fn a_run_says_what_the_board_does_without_it() {
+    let (file, path) = (move_file("axis"), trajectory());
+    let run = |more: &[&str]| {
+        let usual = ["run", path, "--move", &file, "--port", "sim:"];
+        let output = device(&[&usual[..], more].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stderr)
+    };
+    let said = run(&[]);
+    assert!(said.contains("then holds the move"), "{said}");
+    assert!(said.contains("the drives stay on"), "{said}");
+    let said = run(&["--comms", "quick-stop", "--timeout-ms", "700"]);
+    assert!(
+        said.contains("switches the drives off 700 ms after"),
+        "{said}"
+    );
+    let said = run(&["--disarm"]);
+    assert!(!said.contains("hold the end of the move"), "{said}");
 }
 
 #[test]
@@ -126,7 +218,8 @@ fn faults_on_the_line_are_overcome() {
 fn refusals_come_in_the_boards_words_and_lead_to_their_entry() {
     let words = refusal(&["upload", trajectory(), "--port", "sim:"]);
     assert!(
-        words.contains("does not know the machine's limits"),
+        words.contains("does not know the machine's limits")
+            && words.contains("device config --move MOVE.toml"),
         "{words}"
     );
     assert!(
@@ -146,6 +239,27 @@ fn refusals_come_in_the_boards_words_and_lead_to_their_entry() {
     assert!(words.contains("#StoreError.NotStored"), "{words}");
     let words = refusal(&["load", "xyz", "--port", "sim:"]);
     assert!(words.contains("`xyz` is no hash"), "{words}");
+}
+
+#[test]
+fn a_file_that_is_no_trajectory_leads_to_its_entry() {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("no-trajectory.spt");
+    let file = path.display().to_string();
+    let whole = std::fs::read(trajectory()).expect("a trajectory");
+    for (bytes, entry) in [
+        (&whole[..100], "Truncated"),
+        (&[], "Truncated"),
+        (b"no trajectory at all", "Magic"),
+    ] {
+        std::fs::write(&path, bytes).expect("written");
+        let see = format!("docs/troubleshooting.md#TrajectoryError.{entry}");
+        for order in ["upload", "run", "start"] {
+            let output = device(&[order, &file, "--port", "sim:", "--json"]);
+            assert_eq!(object(&output)["see"], see, "{order}");
+            let said = text(&output.stderr);
+            assert!(said.ends_with(&format!("\n  see {see}\n")), "{said}");
+        }
+    }
 }
 
 #[test]
@@ -207,6 +321,21 @@ fn limits_and_settings_are_sent_and_shown() {
         words.contains("no setting `ramp`") && words.contains("ramp_s"),
         "{words}"
     );
+
+    std::fs::write(&settings, "ramp_s = 5.0\n").expect("written");
+    let words = refusal(&[
+        "config",
+        "--move",
+        &file,
+        "--settings",
+        &settings,
+        "--port",
+        "sim:",
+    ]);
+    assert!(
+        words.contains("ramp_s is 5: give a number from 0.001 to 1\n"),
+        "{words}"
+    );
 }
 
 /// The example of the docs is one that a board takes.
@@ -228,6 +357,33 @@ fn drives_are_sent_as_in_the_docs_and_shown_in_the_same_form() {
     std::fs::write(&drives, example.replace("node = 3", "node = 2")).expect("written");
     let words = refusal(&["config", "--drives", &path, "--port", "sim:"]);
     assert!(words.contains("node id 2"), "{words}");
+    assert!(
+        words.contains("docs/troubleshooting.md#DriveConfigError.NodeTwice"),
+        "{words}"
+    );
+
+    // One more key, in line 3, and one that is missing.
+    let (head, rest) = example.split_once("\n").expect("lines");
+    for (changed, wrong) in [
+        (format!("{head}\nperiod_ms = 2\n{rest}"), "`period_ms`"),
+        (example.replace("node = 2", "nodes = 2"), "`nodes`"),
+        (format!("controller = 1\n{example}"), "`controller`"),
+        (example.replace("home_counts = 0", ""), "`home_counts`"),
+    ] {
+        std::fs::write(&drives, &changed).expect("written");
+        let words = refusal(&["config", "--drives", &path, "--port", "sim:"]);
+        let line = changed
+            .lines()
+            .position(|line| line.contains(&wrong[1..wrong.len() - 1]));
+        let place = line.map_or(String::new(), |line| format!("at line {}", line + 1));
+        assert!(
+            words.contains(&path)
+                && words.contains(wrong)
+                && words.contains(&place)
+                && words.contains("docs/troubleshooting.md#drive-configuration"),
+            "{words}"
+        );
+    }
 
     // A new board has none, and says where to find one.
     let output = device(&["config", "--port", "sim:"]);
@@ -240,7 +396,8 @@ fn ports_that_are_absent_busy_or_unknown_say_so() {
     assert!(words.contains("give --port"), "{words}");
     let words = refusal(&["status", "--port", "/dev/there-is-no-such-port"]);
     assert!(
-        words.contains("there is no port /dev/there-is-no-such-port"),
+        words.contains("there is no port /dev/there-is-no-such-port")
+            && words.contains("docs/troubleshooting.md#there-is-no-such-port"),
         "{words}"
     );
     let words = refusal(&["status", "--port", "udp:x:1"]);
@@ -253,6 +410,10 @@ fn ports_that_are_absent_busy_or_unknown_say_so() {
     assert!(!output.status.success());
     let message = object(&output)["message"].to_string();
     assert!(message.contains("nobody answers at 127.0.0.1"), "{message}");
+    assert_eq!(
+        object(&output)["see"],
+        "docs/troubleshooting.md#nobody-answers-at-the-address"
+    );
 }
 
 #[test]
@@ -310,6 +471,41 @@ fn the_monitor_writes_what_comes() {
         ticks.windows(2).all(|pair| pair[1] == pair[0] + 80),
         "{ticks:?}"
     );
+}
+
+#[test]
+fn the_monitor_shows_the_channels_that_were_chosen() {
+    let monitor = |more: &[&str]| {
+        let usual = ["monitor", "--port", "sim:", "--seconds", "0.2"];
+        device(&[&usual[..], more].concat())
+    };
+    let output = monitor(&["--csv", "--channels", "measured_position,limited"]);
+    let csv = text(&output.stdout);
+    let heading = "tick,state,path_s,path_speed,dropped,lost,measured_position_1_rad,measured_position_2_rad,\
+                   measured_position_3_rad,limited_1,limited_2,limited_3";
+    assert_eq!(csv.lines().next(), Some(heading));
+    assert!(
+        csv.lines().all(|line| line.split(',').count() == 12),
+        "{csv}"
+    );
+
+    let output = monitor(&["--json", "--channels", "setpoint_torque"]);
+    let lines = text(&output.stdout);
+    let sample: Value = serde_json::from_str(lines.lines().next().expect("a line")).expect("JSON");
+    assert_eq!(
+        sample["setpoint_torque_nm"].as_array().map(Vec::len),
+        Some(3)
+    );
+    assert_eq!(sample.get("measured_position_rad"), None);
+    assert_eq!(sample.get("limited"), None);
+
+    let words = text(&monitor(&["--channels", "torque"]).stderr);
+    assert!(
+        words.contains("'torque'") && words.contains("setpoint_torque, measured_position"),
+        "{words}"
+    );
+    let words = text(&monitor(&["--rate", "0"]).stderr);
+    assert!(words.contains("a positive number of samples"), "{words}");
 }
 
 #[test]

@@ -41,7 +41,7 @@ impl Default for Config {
 }
 
 /// Shortest ramp in s: in less, rounding leaves nothing of a change of path speed.
-const LEAST_RAMP_S: f32 = 1e-3;
+pub(crate) const LEAST_RAMP_S: f32 = 1e-3;
 
 impl Config {
     /// Nothing is set: all bytes are zero, for an executor that waits for its configuration.
@@ -88,12 +88,7 @@ impl Config {
             ),
             (Field::BusyLimit, monitor.busy_limit_ticks as f32, period),
         ] {
-            let least = match field {
-                Field::PeriodTicks => 1.0,
-                Field::RampTime => LEAST_RAMP_S,
-                _ => 0.0,
-            };
-            if !(value >= least && value <= most) {
+            if !(value >= field.least() && value <= most) {
                 return Err(ConfigError::Value { field, value, most });
             }
         }

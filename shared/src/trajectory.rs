@@ -31,7 +31,7 @@ pub const QUANTITIES: usize = 3;
 /// Most intervals of a trajectory.
 pub const MAX_INTERVALS: usize = 64;
 
-/// Most coefficients of a trajectory, over all intervals: 12 kB; for three axes 31 intervals of ten
+/// Most coefficients of a trajectory, over all intervals: 12 KiB; for three axes 31 intervals of ten
 /// points.
 pub const MAX_COEFFICIENTS: usize = 3072;
 

@@ -9,6 +9,7 @@ use std::fs;
 use std::path::Path;
 
 use stillpoint_shared::protocol::SCHEMA;
+use stillpoint_shared::trajectory::{MAX_COEFFICIENTS, MAX_ENCODED_BYTES};
 
 /// Enums of the schema whose variants are reasons.
 const REASONS: [&str; 12] = [
@@ -48,6 +49,9 @@ const OFF_THE_WIRE: [(&str, &str); 3] = [
     ("GroupError", "firmware/src/cia402/group.rs"),
     ("Trouble", "firmware/src/cia402/trouble.rs"),
 ];
+
+/// Where the codes are of what the board sees of a drive; each is explained by a `Trouble` of its name.
+const SEEN: &str = "shared/src/drive_error.rs";
 
 /// Where the limit flags are.
 const FLAGS: (&str, &str) = ("LimitFlags", "shared/src/status/flags.rs");
@@ -114,6 +118,22 @@ fn flags(source: &str) -> Names {
         .collect()
 }
 
+/// `Trouble.Code` of the codes that the board gives itself, from source.
+fn codes(source: &str) -> Names {
+    let (_, module) = source.split_once("pub mod seen {\n").expect("the codes");
+    let (module, _) = module.split_once("\n}").expect("their end");
+    between(module, "pub const ", ": u16")
+        .iter()
+        .map(|code| {
+            let words = code.split('_').map(|word| {
+                let (first, rest) = word.split_at(1);
+                first.to_owned() + &rest.to_lowercase()
+            });
+            format!("Trouble.{}", words.collect::<String>())
+        })
+        .collect()
+}
+
 /// All reasons there are, given the schema of the protocol.
 fn reasons(schema: &str) -> Names {
     let mut all = on_the_wire(schema);
@@ -123,6 +143,9 @@ fn reasons(schema: &str) -> Names {
         assert!(!found.is_empty(), "{path} has no enum {container}");
         all.extend(found);
     }
+    let found = codes(&read(SEEN));
+    assert!(!found.is_empty(), "{SEEN} has no codes");
+    all.extend(found);
     let found = flags(&read(FLAGS.1));
     assert!(!found.is_empty(), "{} has no flags", FLAGS.1);
     all.extend(found);
@@ -209,6 +232,30 @@ fn links_within_the_page_lead_somewhere() {
     places.extend(anchors(&page));
     for link in between(&page, "](#", ")") {
         assert!(places.contains(&link), "#{link}");
+    }
+}
+
+/// A number with a comma between thousands.
+fn with_comma(number: usize) -> String {
+    match (number / 1000, number % 1000) {
+        (0, rest) => rest.to_string(),
+        (thousands, rest) => format!("{},{rest:03}", with_comma(thousands)),
+    }
+}
+
+#[test]
+fn sizes_on_the_page_are_those_of_the_code() {
+    let page = page();
+    let kib = MAX_COEFFICIENTS * size_of::<f32>() / 1024;
+    for size in [
+        format!("more than {} in all", with_comma(MAX_COEFFICIENTS)),
+        format!("{kib} KiB of values each"),
+        format!("`MAX_ENCODED_BYTES` ({})", with_comma(MAX_ENCODED_BYTES)),
+    ] {
+        assert!(
+            page.contains(&size),
+            "docs/troubleshooting.md lacks “{size}”"
+        );
     }
 }
 

@@ -117,6 +117,9 @@ pub fn run() -> ExitCode {
         return ExitCode::SUCCESS;
     };
     eprintln!("error: {failure}");
+    if let Some(see) = device::see(failure.as_ref()) {
+        eprintln!("  see {see}");
+    }
     if command.json() {
         let object = match command {
             Command::Device(_) => device::failed(failure.as_ref()),

@@ -78,6 +78,17 @@ pub enum DeviceError {
     },
 }
 
+impl DeviceError {
+    /// Whether the board was not heard, so that it may be there again on a new connection.
+    #[must_use]
+    pub fn is_out_of_reach(&self) -> bool {
+        matches!(
+            self,
+            Self::Transport(_) | Self::Unanswered { .. } | Self::Silent { .. }
+        )
+    }
+}
+
 /// Which side to update.
 fn remedy(ours: &Versions, theirs: &Versions) -> &'static str {
     if theirs.newest < ours.oldest {

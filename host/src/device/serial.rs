@@ -56,32 +56,28 @@ impl Serial {
 }
 
 fn port(path: &str, baud: u32) -> Result<Box<dyn SerialPort>, TransportError> {
-    let port = path.to_owned();
-    serialport::new(path, baud)
-        .timeout(PATIENCE)
-        .open()
-        .map_err(|error| match error.kind {
-            serialport::ErrorKind::NoDevice if std::path::Path::new(path).exists() => {
-                TransportError::Busy {
-                    port,
-                    reason: error.description,
-                }
-            }
-            serialport::ErrorKind::NoDevice | serialport::ErrorKind::Io(ErrorKind::NotFound) => {
-                TransportError::Absent { port }
-            }
-            serialport::ErrorKind::Io(
-                ErrorKind::PermissionDenied | ErrorKind::ResourceBusy | ErrorKind::WouldBlock,
-            ) => TransportError::Busy {
-                port,
-                reason: error.description,
-            },
-            _ => TransportError::NotSerial {
-                port,
-                baud,
-                reason: error.description,
-            },
-        })
+    let opened = serialport::new(path, baud).timeout(PATIENCE).open();
+    opened.map_err(|error| not_opened(path, baud, error))
+}
+
+/// Why a port does not open.
+fn not_opened(path: &str, baud: u32, error: serialport::Error) -> TransportError {
+    use serialport::ErrorKind as Kind;
+    let (port, reason) = (path.to_owned(), error.description);
+    match error.kind {
+        Kind::NoDevice if std::path::Path::new(path).exists() => {
+            TransportError::Busy { port, reason }
+        }
+        Kind::NoDevice | Kind::Io(ErrorKind::NotFound) => TransportError::Absent { port },
+        // Elsewhere, as on Windows, this is what the system says of a port that is in use.
+        Kind::Io(ErrorKind::PermissionDenied) if cfg!(unix) => {
+            TransportError::Forbidden { port, reason }
+        }
+        Kind::Io(ErrorKind::PermissionDenied | ErrorKind::ResourceBusy | ErrorKind::WouldBlock) => {
+            TransportError::Busy { port, reason }
+        }
+        _ => TransportError::NotSerial { port, baud, reason },
+    }
 }
 
 impl Transport for Serial {
@@ -115,5 +111,26 @@ impl Transport for Serial {
         // The old one has to be closed first. Where it fails, the next call reports it.
         self.port = port(&self.path, self.baud)?;
         Ok(())
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// Whoever runs the tests may be allowed everything, so the system's answer is made up.
+    #[test]
+    fn a_port_that_is_not_allowed_is_told_from_one_in_use() {
+        let said = |kind| {
+            let error = serialport::Error::new(serialport::ErrorKind::Io(kind), "as it says");
+            not_opened("/dev/ttyUSB0", 921_600, error).to_string()
+        };
+        let words = said(ErrorKind::PermissionDenied);
+        assert!(
+            words.contains("you may not use /dev/ttyUSB0")
+                && words.contains("sudo usermod -aG dialout $USER"),
+            "{words}"
+        );
+        assert!(said(ErrorKind::WouldBlock).contains("is in use"));
     }
 }

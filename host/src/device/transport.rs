@@ -61,10 +61,19 @@ pub enum TransportError {
         port: String,
     },
     /// Somebody else has the port.
-    #[error(
-        "port {port} is in use: close the other program, or ask for the right to use it ({reason})"
-    )]
+    #[error("port {port} is in use: close the other program ({reason})")]
     Busy {
+        /// The port.
+        port: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// The system lets only certain users at the port.
+    #[error(
+        "you may not use {port}: add yourself to the group dialout (`sudo usermod -aG dialout $USER`), then log in again \
+         ({reason})"
+    )]
+    Forbidden {
         /// The port.
         port: String,
         /// What the system says.

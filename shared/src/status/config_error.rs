@@ -4,6 +4,8 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::config::LEAST_RAMP_S;
+
 /// A number of the executor's configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -27,6 +29,17 @@ pub enum ConfigField {
     FeedbackAge,
     /// Longest duration of a tick.
     BusyLimit,
+}
+
+impl ConfigField {
+    /// The smallest number that is allowed.
+    pub(crate) const fn least(self) -> f32 {
+        match self {
+            Self::PeriodTicks => 1.0,
+            Self::RampTime => LEAST_RAMP_S,
+            _ => 0.0,
+        }
+    }
 }
 
 impl fmt::Display for ConfigField {
@@ -87,7 +100,8 @@ impl fmt::Display for ConfigError {
             }
             Self::Value { field, value, most } => write!(
                 f,
-                "{field} is {value}: give a number from 0 (ramp_s: 0.001, period_ticks: 1) to {most}"
+                "{field} is {value}: give a number from {} to {most}",
+                field.least()
             ),
             Self::Period {
                 given_ticks,

@@ -147,7 +147,8 @@ impl fmt::Display for Refusal {
             }
             Self::NotConfigured => write!(
                 f,
-                "the board does not know the machine's limits: configure it first"
+                "the board does not know the machine's limits: send them with `stillpoint device config --move MOVE.toml`, or \
+                 `run` with `--move MOVE.toml`"
             ),
             Self::Upload(error) => error.fmt(f),
             Self::Trajectory(error) => error.fmt(f),

@@ -1,7 +1,7 @@
 //! `stillpoint device config`
 
 use super::line::{self, Board, Explained};
-use super::words;
+use super::{drives_file, words};
 use crate::cli::{Failure, FileError, output};
 use crate::device::DeviceError;
 use crate::movefile::MoveFile;
@@ -34,16 +34,8 @@ pub(super) struct Arguments {
 pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), Failure> {
     // Files first: nothing is sent if one of them is wrong.
     let limits = arguments.move_file.as_deref().map(limits_of).transpose()?;
-    let settings = arguments
-        .settings
-        .as_deref()
-        .map(read::<Table>)
-        .transpose()?;
-    let drives = arguments
-        .drives
-        .as_deref()
-        .map(read::<DriveConfig>)
-        .transpose()?;
+    let settings = arguments.settings.as_deref().map(table).transpose()?;
+    let drives = arguments.drives.as_deref().map(drives_of).transpose()?;
     if let Some(changes) = &settings {
         changed(Config::default(), changes.clone())?;
     }
@@ -89,14 +81,20 @@ fn config(board: &mut Board) -> Result<Config, DeviceError> {
     }
 }
 
-/// Reads a TOML file.
-fn read<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|source| FileError {
+fn read(path: &Path) -> Result<String, FileError> {
+    std::fs::read_to_string(path).map_err(|source| FileError {
         verb: "read",
         path: path.to_owned(),
         source,
-    })?;
-    toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()).into())
+    })
+}
+
+fn table(path: &Path) -> Result<Table, Failure> {
+    toml::from_str(&read(path)?).map_err(|error| format!("{}: {error}", path.display()).into())
+}
+
+fn drives_of(path: &Path) -> Result<DriveConfig, Failure> {
+    Ok(drives_file::parse(path, &read(path)?)?)
 }
 
 /// The settings with some of them changed.

@@ -29,7 +29,7 @@ pub(super) fn run(line: &line::Arguments) -> Result<(), Failure> {
             "axes": identity.axes,
             "tick_rate_hz": rate_hz,
             "state": format!("{:?}", identity.state),
-            "limits_hash": words::hash(identity.limits_hash),
+            "limits_hash": words::limits_hash(identity.limits_hash),
             "loaded": identity.loaded.map(words::hash),
             "stored": stored,
             "capacities": {
@@ -53,7 +53,7 @@ pub(super) fn run(line: &line::Arguments) -> Result<(), Failure> {
         Versions::OWN,
         identity.axes,
         identity.state,
-        words::hash(identity.limits_hash),
+        words::limits_or_none(identity.limits_hash),
         identity
             .loaded
             .map_or_else(|| "nothing".to_owned(), words::hash),

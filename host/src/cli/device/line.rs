@@ -54,11 +54,7 @@ impl Explained {
 
 impl fmt::Display for Explained {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)?;
-        match &self.see {
-            Some(see) => write!(f, "\n  see {see}"),
-            None => Ok(()),
-        }
+        f.write_str(&self.message)
     }
 }
 

@@ -1,6 +1,7 @@
 //! `stillpoint device …`: what a board can be told and asked. One file per group of orders.
 
 mod config;
+mod drives_file;
 mod entry;
 mod fault;
 mod hello;
@@ -9,14 +10,16 @@ mod log;
 mod monitor;
 mod orders;
 mod ports;
+mod record;
 mod run;
+mod samples;
 mod start;
 mod status;
 mod store;
 mod upload;
 mod words;
 
-use super::Failure;
+use super::{Failure, TrajectoryFileError};
 use clap::{Args, Subcommand};
 use line::Explained;
 use serde_json::{Value, json};
@@ -112,10 +115,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// A failure as JSON: in the same words, and where they are explained.
 pub(super) fn failed(failure: &(dyn std::error::Error + 'static)) -> Value {
-    match failure.downcast_ref() {
-        Some(Explained { message, see }) => {
-            json!({"status": "error", "message": message, "see": see})
-        }
-        None => json!({"status": "error", "message": failure.to_string(), "see": null}),
+    json!({"status": "error", "message": failure.to_string(), "see": see(failure)})
+}
+
+/// Where a failure is explained, if it is.
+pub(super) fn see(failure: &(dyn std::error::Error + 'static)) -> Option<String> {
+    if let Some(Explained { see, .. }) = failure.downcast_ref() {
+        return see.clone();
     }
+    let TrajectoryFileError { source, .. } = failure.downcast_ref()?;
+    Some(entry::of_trajectory(source))
 }

@@ -1,19 +1,21 @@
 //! `stillpoint device monitor`: telemetry as a live table, as CSV or as JSON lines.
 
 use super::line::{self, Board, Explained};
+use super::samples::{self, Channel, NAMES};
 use super::words;
 use crate::cli::{Failure, terminal};
-use crate::device::{Received, Transport};
+use crate::device::{DeviceError, Received, Transport};
 use clap::Args;
 use serde_json::json;
 use std::io::{ErrorKind, IsTerminal, Write, stdout};
 use std::sync::atomic::Ordering;
+use std::thread;
 use std::time::Duration;
 use stillpoint_shared::ordinal;
 use stillpoint_shared::protocol::{Channels, Request, Telemetry, TelemetryConfig};
-use stillpoint_shared::time::{self, TIME_TICKS_PER_SECOND};
+use stillpoint_shared::time;
 
-/// Show telemetry until Ctrl-C.
+/// Show telemetry until Ctrl-C. A line that fails is looked for again, ten times.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Print the samples as CSV on stdout
@@ -23,29 +25,15 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
     /// Samples per second
-    #[arg(long, value_name = "HZ", default_value_t = 20.0)]
+    #[arg(long, value_name = "HZ", default_value_t = 20.0, value_parser = samples::rate_hz)]
     rate: f64,
+    /// What the samples carry; all if none is named. Fewer leave the line more room
+    #[arg(long, value_name = "NAME,NAME", value_enum, value_delimiter = ',')]
+    channels: Vec<Channel>,
     /// Send a sign of life every 0.2 s, so that a move that was started with --comms hold or quick-stop goes on
     #[arg(long)]
     keep_alive: bool,
 }
-
-/// Names of the channels with values, for headings, with their units.
-const NAMES: [(Channels, &str, &str); 5] = [
-    (Channels::SETPOINT_POSITION, "setpoint_position", "rad"),
-    (
-        Channels::SETPOINT_VELOCITY,
-        "setpoint_velocity",
-        "rad_per_s",
-    ),
-    (Channels::SETPOINT_TORQUE, "setpoint_torque", "nm"),
-    (Channels::MEASURED_POSITION, "measured_position", "rad"),
-    (
-        Channels::MEASURED_VELOCITY,
-        "measured_velocity",
-        "rad_per_s",
-    ),
-];
 
 /// How long a sample is waited for before anything else is looked at.
 const GLANCE: Duration = Duration::from_millis(100);
@@ -53,6 +41,11 @@ const GLANCE: Duration = Duration::from_millis(100);
 const BEAT: Duration = Duration::from_millis(200);
 /// Longest silence besides the time between two samples.
 const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Times a board is looked for without a sample in between.
+const TRIES: u32 = 10;
+/// Time between two of them: a cable is plugged in again within all.
+const BETWEEN_TRIES: Duration = Duration::from_secs(1);
 
 /// How samples are shown.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -69,9 +62,6 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
         .map(Duration::try_from_secs_f64)
         .transpose();
     let seconds = seconds.map_err(|_| "--seconds takes a number of seconds from 0 on")?;
-    if !(arguments.rate.is_finite() && arguments.rate > 0.0) {
-        return Err("--rate takes a positive number of samples per second".into());
-    }
     let form = match (line.json, arguments.csv) {
         (true, _) => Form::Json,
         (_, true) => Form::Csv,
@@ -79,20 +69,21 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
         _ => Form::Lines,
     };
     let mut board = line.open(None)?;
-    let ticks_per_s =
-        f64::from(TIME_TICKS_PER_SECOND) / f64::from(board.identity().period_ticks.max(1));
-    let every_ticks = (ticks_per_s / arguments.rate)
-        .round()
-        .clamp(1.0, f64::from(u16::MAX));
-    let telemetry = TelemetryConfig {
-        every_ticks: every_ticks as u16,
-        channels: Channels::ALL,
-    };
+    let channels = samples::chosen(&arguments.channels);
+    let telemetry = samples::telemetry(&board, arguments.rate, channels);
     board
         .order(&Request::SetTelemetry(telemetry))
         .map_err(Explained::from)?;
-    let patience = PATIENCE + Duration::from_secs_f64(every_ticks / ticks_per_s);
-    let result = watch(&mut board, form, seconds, arguments.keep_alive, patience);
+    let between_s = f64::from(telemetry.every_ticks) / samples::ticks_per_s(&board);
+    let patience = PATIENCE + Duration::from_secs_f64(between_s);
+    let watch = Watch {
+        telemetry,
+        form,
+        seconds,
+        keep_alive: arguments.keep_alive,
+        patience,
+    };
+    let result = watch.show(&mut board);
     // What comes out of this counts less than what came before.
     let off = board.order(&Request::SetTelemetry(TelemetryConfig::OFF));
     line.say_faults(&board);
@@ -100,60 +91,110 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
     Ok(off.map_err(Explained::from)?)
 }
 
-fn watch(
-    board: &mut Board,
+/// What is watched, and how it is shown.
+struct Watch {
+    telemetry: TelemetryConfig,
     form: Form,
     seconds: Option<Duration>,
     keep_alive: bool,
     patience: Duration,
-) -> Result<(), Failure> {
-    let interrupted = terminal::interrupted();
-    let began = board.transport().now();
-    let (mut beat, mut heard, mut lines, mut lost) = (began, began, 0, 0u64);
-    let mut first = true;
-    while !interrupted.load(Ordering::Relaxed) {
-        let now = board.transport().now();
-        if seconds.is_some_and(|seconds| now - began >= seconds) {
-            break;
-        }
-        if keep_alive && now >= beat {
-            board.order(&Request::KeepAlive).map_err(Explained::from)?;
-            beat = now + BEAT;
-        }
-        let Some(received) = board.telemetry(GLANCE).map_err(Explained::from)? else {
-            if board.transport().now() - heard > patience {
-                return Err(format!(
-                    "no telemetry came for {:.1} s: the board was restarted, or somebody else has connected to it",
-                    patience.as_secs_f64()
-                )
-                .into());
+}
+
+impl Watch {
+    fn show(&self, board: &mut Board) -> Result<(), Failure> {
+        let interrupted = terminal::interrupted();
+        let began = board.transport().now();
+        let (mut beat, mut heard, mut lines, mut lost) = (began, began, 0, 0u64);
+        let (mut first, mut tries) = (true, 0);
+        while !interrupted.load(Ordering::Relaxed) {
+            let now = board.transport().now();
+            if self.seconds.is_some_and(|seconds| now - began >= seconds) {
+                break;
             }
-            continue;
-        };
-        heard = board.transport().now();
-        lost += u64::from(received.lost);
-        let text = match form {
-            Form::Json => format!("{}\n", object(&received)),
-            Form::Csv if first => heading(&received.telemetry) + &row(&received, ","),
-            Form::Csv => row(&received, ","),
-            Form::Lines => brief(&received.telemetry),
-            Form::Live => {
-                let table = table(&received.telemetry, lost);
-                let up = if lines > 0 {
-                    format!("\x1b[{lines}A\x1b[J")
-                } else {
-                    String::new()
-                };
-                lines = table.lines().count();
-                up + &table
+            let alive = if self.keep_alive && now >= beat {
+                beat = now + BEAT;
+                board.order(&Request::KeepAlive)
+            } else {
+                Ok(())
+            };
+            let received = match alive.and_then(|()| board.telemetry(GLANCE)) {
+                Ok(Some(received)) => received,
+                Ok(None) if board.transport().now() - heard > self.patience => {
+                    return Err(format!(
+                        "no telemetry came for {:.1} s: the board was restarted, or somebody else has connected to it",
+                        self.patience.as_secs_f64()
+                    )
+                    .into());
+                }
+                Ok(None) => continue,
+                Err(error) => {
+                    self.connect_anew(board, error, &mut tries)?;
+                    (heard, lines) = (board.transport().now(), 0);
+                    continue;
+                }
+            };
+            (heard, tries) = (board.transport().now(), 0);
+            lost += u64::from(received.lost);
+            let text = match self.form {
+                Form::Json => format!("{}\n", object(&received)),
+                Form::Csv => {
+                    let head = if first {
+                        let axes = board.identity().axes;
+                        samples::heading(received.telemetry.channels, axes)
+                    } else {
+                        String::new()
+                    };
+                    head + &samples::row(&received)
+                }
+                Form::Lines => brief(&received.telemetry),
+                Form::Live => {
+                    let table = table(&received.telemetry, lost, board.identity().axes.into());
+                    let up = if lines > 0 {
+                        format!("\x1b[{lines}A\x1b[J")
+                    } else {
+                        String::new()
+                    };
+                    lines = table.lines().count();
+                    up + &table
+                }
+            };
+            first = false;
+            if !shown(&text)? {
+                break;
             }
-        };
-        first = false;
-        if !shown(&text)? {
-            break;
         }
+        Ok(())
     }
-    Ok(())
+
+    /// Looks for a board that is out of reach, and has it send samples again. Nothing that moves is ordered: what a hold
+    /// has stopped meanwhile stays where it is.
+    fn connect_anew(
+        &self,
+        board: &mut Board,
+        mut error: DeviceError,
+        tries: &mut u32,
+    ) -> Result<(), Failure> {
+        let interrupted = terminal::interrupted();
+        while error.is_out_of_reach() && *tries < TRIES {
+            if *tries > 0 {
+                thread::sleep(BETWEEN_TRIES);
+            }
+            if interrupted.load(Ordering::Relaxed) {
+                return Ok(());
+            }
+            *tries += 1;
+            terminal::step(&format!("{error}; connecting anew ({tries} of {TRIES})"));
+            let connected = board.reconnect().map(drop);
+            match connected.and_then(|()| board.order(&Request::SetTelemetry(self.telemetry))) {
+                Ok(()) => {
+                    terminal::step("connected again; samples between are missing");
+                    return Ok(());
+                }
+                Err(failed) => error = failed,
+            }
+        }
+        Err(Explained::from(error).into())
+    }
 }
 
 /// Writes; false where the reader has seen enough.
@@ -166,43 +207,6 @@ fn shown(text: &str) -> Result<bool, Failure> {
     }
 }
 
-fn heading(sample: &Telemetry) -> String {
-    let mut text = "tick,state,path_s,path_speed,dropped,lost".to_owned();
-    for (channel, name, unit) in NAMES {
-        for axis in 0..sample.channel(channel).len() {
-            text += &format!(",{name}_{}_{unit}", ordinal(axis));
-        }
-    }
-    for axis in 0..sample.limited.len() {
-        text += &format!(",limited_{}", ordinal(axis));
-    }
-    text + "\n"
-}
-
-fn row(received: &Received, separator: &str) -> String {
-    let sample = &received.telemetry;
-    let mut cells = vec![
-        sample.tick.to_string(),
-        format!("{:?}", sample.state),
-        time::seconds(sample.path_ticks).to_string(),
-        sample.path_speed.to_string(),
-        sample.dropped.to_string(),
-        received.lost.to_string(),
-    ];
-    for (channel, ..) in NAMES {
-        // Nothing where nothing was measured.
-        cells.extend(sample.channel(channel).iter().map(|value| {
-            if value.is_nan() {
-                String::new()
-            } else {
-                value.to_string()
-            }
-        }));
-    }
-    cells.extend(sample.limited.iter().map(|flags| flags.bits().to_string()));
-    cells.join(separator) + "\n"
-}
-
 fn object(received: &Received) -> serde_json::Value {
     let sample = &received.telemetry;
     let mut object = json!({
@@ -212,10 +216,15 @@ fn object(received: &Received) -> serde_json::Value {
         "path_speed": sample.path_speed,
         "dropped": sample.dropped,
         "lost": received.lost,
-        "limited": sample.limited.iter().map(|&flags| words::limits(flags)).collect::<Vec<_>>(),
     });
+    if sample.channels.contains(Channels::LIMITS) {
+        let limited = sample.limited.iter().map(|&flags| words::limits(flags));
+        object["limited"] = limited.collect();
+    }
     for (channel, name, unit) in NAMES {
-        object[format!("{name}_{unit}")] = json!(sample.channel(channel));
+        if sample.channels.contains(channel) {
+            object[format!("{name}_{unit}")] = json!(sample.channel(channel));
+        }
     }
     object
 }
@@ -227,13 +236,21 @@ fn brief(sample: &Telemetry) -> String {
         format!("{:?}", sample.state),
         time::seconds(sample.path_ticks) * 1e3
     );
-    for value in sample.channel(Channels::MEASURED_POSITION) {
-        text += &format!("  {value:>10.6} rad");
+    // One channel fits a line: where the axes are, or else the first that was chosen.
+    let chosen = |(channel, ..): &&(Channels, &str, &str)| sample.channels.contains(*channel);
+    let measured = NAMES
+        .iter()
+        .filter(chosen)
+        .find(|(channel, ..)| *channel == Channels::MEASURED_POSITION);
+    if let Some((channel, _, unit)) = measured.or_else(|| NAMES.iter().find(chosen)) {
+        for value in sample.channel(*channel) {
+            text += &format!("  {value:>10.6} {unit}");
+        }
     }
     text + "\n"
 }
 
-fn table(sample: &Telemetry, lost: u64) -> String {
+fn table(sample: &Telemetry, lost: u64, axes: usize) -> String {
     let mut text = format!(
         "{:?}  {:.4} ms  speed {:.0} %  tick {}  dropped {}  lost {lost}\n\
          axis   set-point/rad   measured/rad     error/rad   speed/rad/s    torque/N·m  limits\n",
@@ -247,16 +264,19 @@ fn table(sample: &Telemetry, lost: u64) -> String {
         let values: &[f32] = sample.channel(channel);
         values.get(axis).copied().unwrap_or(f32::NAN)
     };
-    for (axis, flags) in sample.limited.iter().enumerate() {
+    for axis in 0..axes {
+        let limits = match sample.limited.get(axis) {
+            Some(&flags) => words::limits(flags).join(", "),
+            None => "–".to_owned(),
+        };
         let wanted = of(Channels::SETPOINT_POSITION, axis);
         let measured = of(Channels::MEASURED_POSITION, axis);
         text += &format!(
-            "{:>4} {wanted:>15.6} {measured:>14.6} {:>13.2e} {:>13.4} {:>13.3}  {}\n",
+            "{:>4} {wanted:>15.6} {measured:>14.6} {:>13.2e} {:>13.4} {:>13.3}  {limits}\n",
             ordinal(axis),
             wanted - measured,
             of(Channels::MEASURED_VELOCITY, axis),
             of(Channels::SETPOINT_TORQUE, axis),
-            words::limits(*flags).join(", ")
         );
     }
     text

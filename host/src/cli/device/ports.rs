@@ -1,12 +1,13 @@
 //! `stillpoint device ports`
 
-use super::line;
+use super::line::{self, Explained};
 use crate::cli::{Failure, output};
-use crate::device::Serial;
+use crate::device::{DeviceError, Serial};
 use serde_json::json;
 
 pub(super) fn run(line: &line::Arguments) -> Result<(), Failure> {
-    let serial = Serial::list()?;
+    let serial = Serial::list().map_err(DeviceError::from);
+    let serial = serial.map_err(Explained::from)?;
     if line.json {
         return output::object(&json!({"status": "done", "serial": serial}));
     }

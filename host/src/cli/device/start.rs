@@ -97,6 +97,22 @@ impl How {
         format!("the board, if it still runs, {does}")
     }
 
+    /// What a board does after the end of the move, if nobody tells it anything more.
+    pub(super) fn after_the_end(&self) -> Option<String> {
+        match self.comms {
+            _ if self.dry_run => None,
+            Comms::Continue | Comms::Hold => Some(
+                "the drives stay on and hold the end of the move: `stillpoint device disarm` switches them off"
+                    .to_owned(),
+            ),
+            Comms::QuickStop => Some(format!(
+                "the board hears no more of this command, and switches the drives off {} ms after it was last heard, which is a \
+                 fault: `stillpoint device disarm` comes before, `clear` goes on",
+                self.timeout_ms
+            )),
+        }
+    }
+
     /// The request to start a move on a board.
     pub(super) fn request(
         &self,
@@ -136,6 +152,10 @@ pub(super) fn run(line: &line::Arguments, arguments: &Arguments) -> Result<(), F
     };
     let request = arguments.how.request(&board, trajectory_hash, limits_hash);
     play(&mut board, &status, &request, arguments.arm)?;
+    terminal::step(&format!(
+        "this command sends no more signs of life: {}",
+        arguments.how.without_host()
+    ));
     orders::done(line, &mut board, "start")
 }
 

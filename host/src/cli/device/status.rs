@@ -48,7 +48,7 @@ fn text(status: &Status) -> String {
     }
     text += &format!(
         "  limits {}, tick {}\n",
-        words::hash(status.limits_hash),
+        words::limits_or_none(status.limits_hash),
         status.tick
     );
     text += &words::axes(status);

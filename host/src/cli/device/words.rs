@@ -10,6 +10,16 @@ pub(super) fn hash(hash: u64) -> String {
     format!("{hash:016x}")
 }
 
+/// The hash of a machine's limits; a board that knows none yet gives 0.
+pub(super) fn limits_hash(limits_hash: u64) -> Option<String> {
+    (limits_hash != 0).then(|| hash(limits_hash))
+}
+
+/// The same for people.
+pub(super) fn limits_or_none(hash: u64) -> String {
+    limits_hash(hash).unwrap_or_else(|| "none yet".to_owned())
+}
+
 /// Whether the drives are on, in words.
 pub(super) fn drives(status: &Status) -> String {
     let on = status.state.is_energised() && !status.dry_run;
@@ -41,7 +51,7 @@ pub(super) fn status_object(status: &Status) -> Value {
         "path_s": time::seconds(status.path_ticks),
         "duration_s": time::seconds(status.duration_ticks),
         "loaded": status.loaded.map(hash),
-        "limits_hash": hash(status.limits_hash),
+        "limits_hash": limits_hash(status.limits_hash),
         "override_percent": status.override_percent,
         "dry_run": status.dry_run,
         "axes": axes,
