@@ -4,9 +4,9 @@
 //! |---|---|
 //! | as many as it has | the trajectory, as [`Trajectory::encode`] writes it; the board is sent this alone |
 //! | 4 | `SPC` 0x1a |
-//! | 1 | version of the section, 2 |
+//! | 1 | version of the section, 3 |
 //! | 4 | length of the body, little-endian |
-//! | that many | the body in postcard: [`Coordinates`], then [`Certificate`] |
+//! | that many | the body in postcard: [`Coordinates`], [`Certificate`], then a list of [`Remark`] |
 //! | 4 | CRC-32/ISO-HDLC of all bytes of the section before, little-endian |
 //!
 //! The section may be missing, as in files of earlier versions; a damaged one does not keep the trajectory from being used.
@@ -21,7 +21,7 @@ use stillpoint_shared::{Trajectory, TrajectoryError};
 pub const SECTION_MAGIC: [u8; 4] = *b"SPC\x1a";
 
 /// Version of the section's layout and of what is in it.
-pub const SECTION_VERSION: u8 = 2;
+pub const SECTION_VERSION: u8 = 3;
 
 /// Enough bytes for the body of any section.
 const MAX_BODY_BYTES: usize = 1 << 17;
@@ -39,6 +39,19 @@ pub struct Section {
     pub coordinates: Coordinates,
     /// What was proved when the file was written.
     pub certificate: Certificate,
+    /// What the planner found out that cannot be told from the file any more: its figures for people, which nothing proves anew.
+    pub remarks: Vec<Remark>,
+}
+
+/// A remark of the planner on its answer.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Remark {
+    /// What it is about.
+    pub topic: String,
+    /// One or more sentences.
+    pub text: String,
+    /// Whether it gives cause for doubt.
+    pub doubtful: bool,
 }
 
 /// A file that was read.

@@ -274,6 +274,10 @@ fn a_planned_move_is_simulated_reported_shown_and_exported() {
             && !html.contains("href=\"http")
             && !html.contains("src=")
     );
+    // The figures that say how good the plan is come with the file.
+    for figure in ["misses its end", "finer mesh", "Hamiltonian", "limiter"] {
+        assert!(html.contains(figure), "{figure}");
+    }
     assert!(folder.join("figures/torque.svg").exists());
     let info: Value = serde_json::from_str(&run(&["info", "move.spt", "--json"])).expect("JSON");
     assert_eq!(info["axes"], 1);
@@ -374,6 +378,29 @@ fn an_impossible_move_is_diagnosed() {
         !reached.is_empty() || failed["nearest_limit"]["limit"].is_string(),
         "{failed}"
     );
+}
+
+/// Each names the limit that asks for more time than any plan may take.
+#[test]
+fn moves_that_take_too_long_name_what_they_wait_for() {
+    let folder = folder("too-long");
+    for (from, to, limit) in [
+        ("torque_nm = 20.0", "torque_nm = 1e-9", "torque_nm"),
+        (
+            "motor_speed_rpm = 6000.0",
+            "motor_speed_rpm = 1e-3",
+            "motor_speed_rpm",
+        ),
+    ] {
+        let file = changed(&folder, "axis", &[(from, to)]);
+        let output = stillpoint(&folder, &["plan", file]);
+        assert!(!output.status.success());
+        let message = text(&output.stderr);
+        assert!(
+            message.contains(&format!("within `{limit}`")) && message.contains("1000 s"),
+            "{message}"
+        );
+    }
 }
 
 #[test]

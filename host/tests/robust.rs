@@ -127,7 +127,7 @@ fn limits_hold_for_every_payload_between_the_planned_ones() {
         let displacements = metrics.elastic_displacement.iter();
         for (peak, limit) in displacements.zip(&file.limits.outputs) {
             let limit = limit.unwrap_or(f64::INFINITY);
-            assert!(peak.peak < limit * 1.001, "{factor}: {peak:?}");
+            assert!(peak.peak <= limit, "{factor}: {peak:?}");
         }
         assert!(metrics.torque_nm < file.limits.torque_nm);
     }
@@ -268,7 +268,7 @@ fn what_does_not_solve_at_once_is_begun_with_nearer_plants() {
     let at_once = planned(&file);
     let solver = Stubborn {
         most: NOMINAL,
-        failures: Mutex::new(4),
+        failures: Mutex::new(2),
     };
     let stepwise = plan(&file, &solver, Box::new(|_, _| true)).expect("a plan");
     assert_eq!(*solver.failures.lock().expect("one thread"), 0);

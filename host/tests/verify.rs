@@ -38,6 +38,7 @@ fn push(torque_nm: f64) -> (Trajectory, Section) {
     let section = Section {
         coordinates,
         certificate,
+        remarks: Vec::new(),
     };
     (trajectory, section)
 }

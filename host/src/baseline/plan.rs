@@ -77,6 +77,7 @@ fn shipped(file: &MoveFile, profile: &Profile) -> Result<(Trajectory, Section), 
     let section = Section {
         coordinates,
         certificate,
+        remarks: Vec::new(),
     };
     Ok((trajectory, section))
 }

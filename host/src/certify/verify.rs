@@ -163,6 +163,7 @@ pub fn verify(
     let Section {
         coordinates,
         certificate: stored,
+        ..
     } = file.section.as_ref().map_err(|error| *error)?;
     let found = file.trajectory.header().content_hash;
     if stored.trajectory_hash != found {

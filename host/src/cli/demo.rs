@@ -123,7 +123,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let document = Document {
         file: &file,
         trajectory: &plan.trajectory,
-        plan: Some(&plan),
+        planned: &plan.section.remarks,
         certificate: Some(&plan.section.certificate),
         rows,
         drawn: &drawn,

@@ -38,6 +38,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             None
         }
     };
+    let planned = spt
+        .section
+        .map_or_else(|_| Vec::new(), |section| section.remarks);
     let trajectory = spt.trajectory;
     terminal::step("playing the trajectory and the quintic of equal duration");
     let own = play("stillpoint", &file, &trajectory)?;
@@ -59,7 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let document = Document {
         file: &file,
         trajectory: &trajectory,
-        plan: None,
+        planned: &planned,
         certificate: certificate.as_ref(),
         rows: drawn.iter().map(|run| run.row(&file)).collect(),
         drawn: &drawn,

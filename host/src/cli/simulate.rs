@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let document = Document {
         file: &file,
         trajectory: &trajectory,
-        plan: None,
+        planned: &[],
         certificate: None,
         rows: vec![run.row(&file)],
         drawn: &[],

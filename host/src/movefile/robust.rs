@@ -10,6 +10,9 @@ use serde::Deserialize;
 /// Joint angles closer than this are the same.
 const SAME_ANGLE_RAD: f64 = 1e-9;
 
+/// How many times greater or less than the nominal plant's a parameter may be.
+const MOST_APART: f64 = 100.0;
+
 /// Most plants besides the nominal one: what is stored of them has to fit into a file.
 const MOST_PLANTS: usize = 12;
 
@@ -264,6 +267,17 @@ fn check_numbers(
             return wrong(
                 number,
                 "a factor must be a positive number; 1 is the nominal plant",
+            );
+        }
+        let share = match nominal {
+            Some(nominal) if !factor && nominal != 0.0 => number / nominal,
+            _ if factor => number,
+            _ => 1.0,
+        };
+        if share > MOST_APART || (share > 0.0 && share < 1.0 / MOST_APART) {
+            return wrong(
+                number,
+                "must be a hundredth to a hundred times the nominal plant's: one motion cannot suit plants that differ more",
             );
         }
         if factor && nominal == Some(0.0) {

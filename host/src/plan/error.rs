@@ -14,6 +14,19 @@ pub enum PlanError {
     /// The solver did not converge.
     #[error("no plan: {0}")]
     Unsolved(Box<Diagnosis>, Box<Effort>),
+    /// No move of the longest duration that is planned for keeps the motors' limits.
+    #[error(
+        "no plan: within `{limit}` the undeformed machine takes {estimate_s:.3e} s, and moves of more than {longest_s} s are not planned: \
+         raise it, or move less far"
+    )]
+    TooLong {
+        /// Key of the limit that the duration is due to.
+        limit: &'static str,
+        /// Duration of a quintic within it, s.
+        estimate_s: f64,
+        /// Longest duration, s.
+        longest_s: f64,
+    },
     /// The machine cannot follow the planned control to the end.
     #[error("the plan does not hold: {source}. Try a finer mesh ([mesh] intervals, points)")]
     Check {

@@ -1,8 +1,51 @@
 //! The figures that say how good a plan is, in words.
 
 use super::Plan;
+use crate::movefile::LimitsAt;
+use crate::sptfile::Remark;
 
 impl Plan {
+    /// What travels with the trajectory: how it was planned, and how good it is.
+    pub(super) fn remarks(&self, limits: LimitsAt) -> Vec<Remark> {
+        let remark = |topic: &str, text: String, doubtful| Remark {
+            topic: topic.to_owned(),
+            text,
+            doubtful,
+        };
+        let effort = &self.effort;
+        let planned = format!(
+            "{} by {} in {} iterations; {} variables, {} constraints; limits {}.",
+            effort.status,
+            effort.solver,
+            effort.iterations,
+            effort.variables,
+            effort.constraints,
+            match limits {
+                LimitsAt::Everywhere => "everywhere",
+                LimitsAt::Nodes => "at the collocation points only",
+            }
+        );
+        let warning = self.warning();
+        let doubtful = warning.is_some();
+        let dynamics = warning.map_or_else(
+            || {
+                let share = self.end_miss.worst().map_or(0.0, |worst| worst.relative());
+                format!(
+                    "Integrated with error control under the planned control, no coordinate misses its end by more than {share:.1e} of \
+                     what it moves."
+                )
+            },
+            |warning| format!("Doubtful: {warning}."),
+        );
+        let optimality = format!("{} {}", self.finer_in_words(), self.hamiltonian_in_words());
+        vec![
+            remark("Planned", planned, false),
+            remark("Dynamics", dynamics, doubtful),
+            remark("Optimality", optimality, false),
+            remark("Played", self.played_in_words(), self.played.is_err()),
+        ]
+    }
+
     /// Change of the duration to the finer mesh, as a share of it.
     #[must_use]
     pub fn change_to_finer(&self) -> Option<f64> {

@@ -79,6 +79,11 @@ pub(super) fn slowed_guess(file: &MoveFile, solution: &Solution, factor: f64) ->
 /// straight line leaves the machine's reach or passes a singular pose.
 #[must_use]
 pub fn rigid_duration_s(file: &MoveFile) -> Option<f64> {
+    rigid_duration(file).map(|(duration_s, _)| duration_s)
+}
+
+/// The same, and the key of the limit that it is due to.
+pub(super) fn rigid_duration(file: &MoveFile) -> Option<(f64, &'static str)> {
     const SAMPLES: usize = 64;
     let plant = file.machine.plant();
     let speed_limit = file.limits.joint_speed_rad_per_s(plant.reducer_ratio());
@@ -98,11 +103,13 @@ pub fn rigid_duration_s(file: &MoveFile) -> Option<f64> {
         }
         before = Some(torques);
     }
-    let duration = (torque / torque_nm)
-        .sqrt()
-        .max((rate / torque_rate_nm_per_s).cbrt())
-        .max(speed / speed_limit);
-    (duration.is_finite() && duration > 0.0).then_some(duration)
+    let durations = [
+        ((torque / torque_nm).sqrt(), "torque_nm"),
+        ((rate / torque_rate_nm_per_s).cbrt(), "torque_rate_nm_per_s"),
+        (speed / speed_limit, "motor_speed_rpm"),
+    ];
+    let longest = durations.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (longest.0.is_finite() && longest.0 > 0.0).then_some(longest)
 }
 
 /// Torques and joint rates of the undeformed machine at a share of a quintic of one second.

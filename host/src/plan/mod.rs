@@ -35,6 +35,7 @@ use crate::sptfile::Section;
 use attempt::{Attempt, Solved};
 use finer::Beside;
 use played::played;
+use problem::{LONGEST_S, SHORTEST_SHARE};
 use shipped::Shipped;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -45,6 +46,9 @@ use ways::WAYS;
 /// How much longer than the rigid estimate the first guesses are, one after the other until one leads to an answer:
 /// solving from a slow move is quicker and surer than from one that no machine could do.
 const GUESS_SLOWNESS: [f64; 4] = [2.0, 4.0, 1.3, 8.0];
+
+/// How many of them a robust move is tried from: there is a surer way, over plants that are nearer to the nominal one.
+const GUESSES_OF_ROBUST: usize = 2;
 
 /// Iterations that a first guess is given before the next one is tried, and the last one before another way.
 const ITERATIONS_PER_GUESS: usize = 200;
@@ -216,6 +220,7 @@ fn plan_on_mesh(
     mut effort: Effort,
 ) -> Result<Plan, PlanError> {
     let started = Instant::now();
+    check_length(file)?;
     let attempt = Attempt::new(file, problem(file)?, solver, progress, MARGIN);
     effort.intervals = file.mesh.intervals;
     effort.setup += started.elapsed();
@@ -248,7 +253,23 @@ fn plan_on_mesh(
         shipped = Shipped::of(file, &solved.solution)?;
     }
     let plan = checked(file, beside, solved, shipped, effort)?;
-    Ok(Plan { refinement, ..plan })
+    let mut plan = Plan { refinement, ..plan };
+    plan.section.remarks = plan.remarks(file.solver.limits);
+    Ok(plan)
+}
+
+/// Whether there is a duration to look for.
+fn check_length(file: &MoveFile) -> Result<(), PlanError> {
+    match guess::rigid_duration(file) {
+        Some((estimate_s, limit)) if SHORTEST_SHARE * estimate_s >= LONGEST_S => {
+            Err(PlanError::TooLong {
+                limit,
+                estimate_s,
+                longest_s: LONGEST_S,
+            })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The problem of a file, for all its plants.
@@ -268,10 +289,13 @@ fn from_first_guesses(
 ) -> Result<Solved, PlanError> {
     let estimate_s = rigid_duration_s(file).unwrap_or(GUESS_WITHOUT_ESTIMATE_S);
     let mut failure = None;
-    for (index, slowness) in GUESS_SLOWNESS.into_iter().enumerate() {
+    let guesses = match file.robust {
+        Some(_) => &GUESS_SLOWNESS[..GUESSES_OF_ROBUST],
+        None => &GUESS_SLOWNESS,
+    };
+    for (index, slowness) in guesses.iter().enumerate() {
         let left = file.solver.max_iterations.saturating_sub(effort.iterations);
-        // Of a robust move there is another way.
-        let last = index + 1 == GUESS_SLOWNESS.len() && file.robust.is_none();
+        let last = index + 1 == GUESS_SLOWNESS.len();
         let iterations = left.min(if last {
             ITERATIONS_OF_LAST_GUESS
         } else {
@@ -346,6 +370,7 @@ fn checked(
         section: Section {
             coordinates: shipped.coordinates,
             certificate: shipped.certificate,
+            remarks: Vec::new(),
         },
         effort,
         end_miss,

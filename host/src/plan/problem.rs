@@ -14,10 +14,10 @@ use crate::ocp::{
 
 /// Shortest duration the planner considers, as share of that of the rigid quintic: an axis limited in speed alone takes 1/1.875
 /// of it, with a limited torque or torque rate more. Without it some solves fall into a duration of zero and stay there.
-const SHORTEST_SHARE: f64 = 0.2;
+pub(super) const SHORTEST_SHARE: f64 = 0.2;
 
 /// Longest duration the planner considers, s.
-const LONGEST_S: f64 = 1e3;
+pub(super) const LONGEST_S: f64 = 1e3;
 
 /// Share of what the straight line between the poses keeps, at this many places, that is not asked for more than.
 const OF_LINE: f64 = 0.9;

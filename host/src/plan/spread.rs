@@ -75,9 +75,15 @@ fn in_words(file: &MoveFile, solution: &Solution, robust: &Robust) -> String {
         format!(", and with {plant} {row}")
     });
     let suits = suited(file, robust, &shipped.trajectory);
-    let suits = suits.map_or_else(String::new, |suits| {
-        format!("; it keeps the bounds up to {suits}")
-    });
+    let suits = suits.map_or_else(
+        || {
+            format!(
+                "; it keeps the bounds not even a {}th of the way to those",
+                1 << HALVINGS
+            )
+        },
+        |suits| format!("; it keeps the bounds up to {suits}"),
+    );
     format!(
         "There is a plan for {planned}: it takes {:.3} ms{left}{suits}. Allow more to be left, or name plants nearer to the nominal one",
         solution.duration_s * 1e3

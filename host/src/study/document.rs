@@ -3,12 +3,12 @@
 use super::run::{Run, limit_row};
 use super::sensitivity::Sensitivity;
 use crate::certify::{Certificate, HEADINGS, PLANT_HEADINGS, PlantProofs};
-use crate::movefile::{LimitsAt, MoveFile, PAPER_MOVE};
-use crate::plan::Plan;
+use crate::movefile::{MoveFile, PAPER_MOVE};
 use crate::report::{
     Figure, Note, Proofs, Report, SummaryRow, Table, figures_of, number_like_the_paper,
     parameters_of, text_table,
 };
+use crate::sptfile::Remark;
 use stillpoint_shared::{Trajectory, time};
 
 /// What the paper reports of its optimal move: numbers read from its text and figures, "less than" taken as equal.
@@ -31,8 +31,8 @@ pub struct Document<'a> {
     pub file: &'a MoveFile,
     /// What was played.
     pub trajectory: &'a Trajectory,
-    /// The plan, when it was made just now.
-    pub plan: Option<&'a Plan>,
+    /// What the planner remarked, as the file holds it.
+    pub planned: &'a [Remark],
     /// What is proved of the trajectory, if anything.
     pub certificate: Option<&'a Certificate>,
     /// Runs that are drawn.
@@ -140,46 +140,7 @@ impl Document<'_> {
             warning,
         };
         let mut notes = Vec::new();
-        if let Some(plan) = self.plan {
-            let effort = &plan.effort;
-            notes.push(note(
-                "Planned",
-                format!(
-                    "{} by {} in {} iterations and {:.2} s; {} variables, {} constraints; limits {}.",
-                    effort.status,
-                    effort.solver,
-                    effort.iterations,
-                    effort.solve.as_secs_f64(),
-                    effort.variables,
-                    effort.constraints,
-                    match self.file.solver.limits {
-                        LimitsAt::Everywhere => "everywhere",
-                        LimitsAt::Nodes => "at the collocation points only",
-                    }
-                ),
-                false,
-            ));
-            notes.push(note(
-                "Dynamics",
-                plan.warning().map_or_else(
-                    || {
-                        let share = plan.end_miss.worst().map_or(0.0, |worst| worst.relative());
-                        format!(
-                            "Integrated with error control under the planned control, no coordinate misses its end by more than \
-                             {share:.1e} of what it moves."
-                        )
-                    },
-                    |warning| format!("Doubtful: {warning}."),
-                ),
-                plan.warning().is_some(),
-            ));
-            notes.push(note(
-                "Optimality",
-                format!("{} {}", plan.finer_in_words(), plan.hamiltonian_in_words()),
-                false,
-            ));
-            notes.push(note("Played", plan.played_in_words(), plan.played.is_err()));
-        }
+        notes.extend((self.planned.iter()).map(|r| note(&r.topic, r.text.clone(), r.doubtful)));
         notes.extend(
             self.remarks
                 .iter()
