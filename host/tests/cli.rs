@@ -425,7 +425,8 @@ fn damaged_and_foreign_trajectories_are_refused() {
     assert!(stillpoint(&folder, &["plan", file]).status.success());
     let good = std::fs::read(folder.join("move.spt")).expect("the trajectory");
     let mut flipped = good.clone();
-    flipped[good.len() / 2] ^= 0x10;
+    // In the trajectory, which comes first.
+    flipped[good.len() / 4] ^= 0x10;
     let foreign = b"PK\x03\x04 a zip file".to_vec();
     let cases = [
         ("flipped", flipped),
