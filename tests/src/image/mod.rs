@@ -168,26 +168,60 @@ fn functions(elf: &ElfFile32<'_>) -> BTreeMap<u32, Function> {
         })
         .collect();
     data.sort_unstable();
-    let mut functions = BTreeMap::new();
-    for symbol in elf
+    let symbols: Vec<_> = elf
         .symbols()
         .filter(|symbol| symbol.kind() == SymbolKind::Text)
-    {
         // Bit 0 marks Thumb code.
-        let address = symbol.address() as u32 & !1;
+        .map(|symbol| (symbol.address() as u32 & !1, symbol))
+        .collect();
+    let sizes = sizes(
+        symbols
+            .iter()
+            .map(|(address, symbol)| (*address, symbol.size() as u32)),
+        start + code.len() as u32,
+    );
+    let mut functions = BTreeMap::new();
+    for (address, symbol) in symbols {
         let begin = address.wrapping_sub(start) as usize;
-        let Some(code) = code.get(begin..begin + symbol.size() as usize) else {
+        let Some(code) = code.get(begin..begin + sizes[&address] as usize) else {
             continue;
         };
-        let function = Function {
+        functions.entry(address).or_insert_with(|| Function {
             name: symbol.name().unwrap_or_default().to_owned(),
             address,
             code: code.to_vec(),
             data: data.clone(),
-        };
-        if !code.is_empty() {
-            functions.entry(address).or_insert(function);
-        }
+        });
     }
     functions
+}
+
+/// Bytes of each function, by the addresses and sizes of its symbols. One that says no size, as assembly may leave it
+/// out, reaches to the next one, the last to the end of the code: rather too far than not to be looked at.
+fn sizes(symbols: impl Iterator<Item = (u32, u32)>, end: u32) -> BTreeMap<u32, u32> {
+    let mut sizes = BTreeMap::<u32, u32>::new();
+    for (address, size) in symbols {
+        let largest = sizes.entry(address).or_default();
+        *largest = (*largest).max(size);
+    }
+    let mut next = end;
+    for (address, size) in sizes.iter_mut().rev() {
+        if *size == 0 {
+            *size = next.saturating_sub(*address);
+        }
+        next = *address;
+    }
+    sizes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sizes;
+
+    #[test]
+    fn a_function_without_a_size_reaches_to_the_next_one() {
+        let symbols = [(0x10, 0), (0x10, 6), (0x20, 0), (0x28, 4), (0x30, 0)];
+        let expected = [(0x10, 6), (0x20, 8), (0x28, 4), (0x30, 0x10)];
+        assert_eq!(sizes(symbols.into_iter(), 0x40), expected.into());
+    }
 }

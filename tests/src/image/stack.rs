@@ -3,7 +3,8 @@
 //! The frame of a function is taken to be all that its instructions push, on whatever path. A
 //! function that jumps to another one counts as calling it, and one that calls through a pointer as
 //! calling every function whose address is found in code or data. All that only makes the bound
-//! larger. One kind of call through a register is told apart: to save bytes, the compiler loads the
+//! larger. A call or jump to where no function is known is an error, for what is not known has no
+//! bound. One kind of call through a register is told apart: to save bytes, the compiler loads the
 //! address of a function that is called several times into a register and calls that. Such an
 //! address is taken to be called there and not handed on.
 
@@ -47,6 +48,8 @@ impl fmt::Display for StackError {
 struct Frame {
     bytes: u32,
     calls: Vec<u32>,
+    /// Words of registers that are called and used otherwise, too: addresses of functions, or other numbers.
+    perhaps_calls: Vec<u32>,
     calls_pointer: bool,
     /// Numbers that the function makes, some of which may be addresses.
     numbers: Vec<u32>,
@@ -116,6 +119,8 @@ impl Search<'_> {
         self.under_way.push(address);
         let frame = self.frames.get(&address).ok_or_else(missing)?;
         let (bytes, mut calls) = (frame.bytes, frame.calls.clone());
+        let is_function = |address: &&u32| self.functions.contains_key(address);
+        calls.extend(frame.perhaps_calls.iter().filter(is_function));
         if frame.calls_pointer {
             calls.extend(&self.pointers);
         }
@@ -123,8 +128,6 @@ impl Search<'_> {
             bytes: 0,
             path: Vec::new(),
         };
-        // Among the words of a register that is called there may be numbers of another kind.
-        calls.retain(|call| self.functions.contains_key(call));
         for call in calls {
             let called = self.deepest(call)?;
             if called.bytes >= below.bytes {
@@ -189,22 +192,27 @@ fn frame(function: &Function) -> Result<Frame, StackError> {
         }
         offset += length(first);
     }
-    let (mut called, mut known_elsewhere) = (BTreeSet::<u32>::new(), BTreeSet::<u32>::new());
+    let [mut only_called, mut perhaps_called, mut known_elsewhere] =
+        [const { BTreeSet::<u32>::new() }; 3];
     for register in &uses {
-        let only_called = !register.otherwise && !register.loads.is_empty();
-        frame.calls_pointer |= register.calls && !only_called;
-        let loaded = if register.calls {
-            &mut called
-        } else {
-            &mut known_elsewhere
+        let is_only_called = !register.otherwise && !register.loads.is_empty();
+        frame.calls_pointer |= register.calls && !is_only_called;
+        let loaded = match (register.calls, is_only_called) {
+            (true, true) => &mut only_called,
+            (true, false) => &mut perhaps_called,
+            (false, _) => &mut known_elsewhere,
         };
         loaded.extend(&register.loads);
     }
     for (address, word) in words {
-        if called.contains(&address) {
+        let called = only_called.contains(&address);
+        let perhaps = perhaps_called.contains(&address);
+        if called {
             frame.calls.push(word & !1);
+        } else if perhaps {
+            frame.perhaps_calls.push(word & !1);
         }
-        if !called.contains(&address) || known_elsewhere.contains(&address) {
+        if !(called || perhaps) || known_elsewhere.contains(&address) {
             frame.numbers.push(word);
         }
     }
@@ -227,4 +235,66 @@ impl RegisterUse {
         calls: false,
         otherwise: false,
     };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// push {r4, lr}; then the rest.
+    fn function(address: u32, rest: &[u16]) -> (u32, Function) {
+        let words = [&[0xb510], rest].concat();
+        let function = Function {
+            name: format!("f{address:x}"),
+            address,
+            code: words.iter().flat_map(|word| word.to_le_bytes()).collect(),
+            // A literal follows eight bytes of code.
+            data: vec![(address, false), (address + 8, true), (address + 12, false)],
+        };
+        (address, function)
+    }
+
+    fn bytes(functions: &[(u32, Function)]) -> Result<u32, StackError> {
+        let functions = functions.iter().cloned().collect();
+        of(&functions, &BTreeSet::new(), "f100").map(|used| used.bytes)
+    }
+
+    const RETURN: [u16; 1] = [0x4770];
+
+    /// A call, a far jump, a near one and a near one on a condition, all to 0x11c where they follow the push of `f100`.
+    const DIRECT: [&[u16]; 4] = [&[0xf000, 0xf80b], &[0xf000, 0xb80b], &[0xe00b], &[0xd00b]];
+
+    #[test]
+    fn what_is_called_adds_up() {
+        for code in DIRECT {
+            let graph = [function(0x100, code), function(0x11c, &RETURN)];
+            assert_eq!(bytes(&graph), Ok(16), "{code:x?}");
+        }
+    }
+
+    #[test]
+    fn a_direct_call_or_jump_to_no_function_is_an_error() {
+        for code in DIRECT {
+            let graph = [function(0x100, code), function(0x120, &RETURN)];
+            let missing = StackError::Missing("at 0x11c".to_owned());
+            assert_eq!(bytes(&graph), Err(missing), "{code:x?}");
+        }
+    }
+
+    #[test]
+    fn what_a_register_holds_is_a_function_only_if_nothing_else_is_done_with_it() {
+        // ldr r3, [pc, #4]; blx r3; then a return, or an addition to r3; the literal.
+        let calls = |third, literal: u16| [0x4b01, 0x4798, third, literal, 0];
+        let graph = |third, literal| {
+            [
+                function(0x100, &calls(third, literal)),
+                function(0x120, &RETURN),
+            ]
+        };
+        assert_eq!(bytes(&graph(0x4770, 0x121)), Ok(16));
+        let missing = StackError::Missing("at 0x130".to_owned());
+        assert_eq!(bytes(&graph(0x4770, 0x131)), Err(missing));
+        assert_eq!(bytes(&graph(0x3301, 0x121)), Ok(16));
+        assert_eq!(bytes(&graph(0x3301, 0x131)), Ok(8));
+    }
 }
