@@ -134,12 +134,12 @@ impl<'a> Attempt<'a> {
             let settings = self.settings(tolerance, max_iterations);
             let solved = match self.unguarded(&first, guess, &settings, effort)? {
                 Some(solved) => solved,
-                None => self.from_guess(first, guess, &settings, effort)?,
+                None => self.solved_at_once(first, guess, &settings, effort)?,
             };
             self.rounds(solved, effort, beside)
         } else {
             let settings = self.settings(self.file.solver.tolerance, max_iterations);
-            let solved = self.from_guess(first, guess, &settings, effort)?;
+            let solved = self.solved_at_once(first, guess, &settings, effort)?;
             beside.begin(self.finer(&solved.transcription, &solved));
             beside.own_duration(solved.solution.duration_s);
             Ok(solved)
@@ -147,7 +147,7 @@ impl<'a> Attempt<'a> {
     }
 
     /// Solves a program from a guess.
-    fn from_guess(
+    fn solved_at_once(
         &self,
         program: Transcription,
         guess: &Guess,
@@ -189,7 +189,7 @@ impl<'a> Attempt<'a> {
             max_iterations: settings.max_iterations.min(UNGUARDED_ITERATIONS),
             ..*settings
         };
-        let solved = match self.from_guess(program, guess, &settings, effort) {
+        let solved = match self.solved_at_once(program, guess, &settings, effort) {
             Err(diagnosis)
                 if diagnosis.status == Status::Stopped
                     || effort.iterations >= self.file.solver.max_iterations =>
