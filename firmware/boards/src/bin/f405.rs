@@ -67,7 +67,7 @@ mod app {
     use super::board::serve::{AXES, Diary, Place, RECEIVED, Reach, Server};
     use super::board::uart::{self, Receiver};
     use super::board::watchdog::{self, Feeder, Patience};
-    use super::board::{build_id, can, clock, pins, retained, timer};
+    use super::board::{build_id, can, clock, pins, receive, retained, timer};
     use super::{BAUD, CRYSTAL_MHZ};
 
     /// The drives on both buses.
@@ -204,11 +204,8 @@ mod app {
     }
 
     #[task(binds = USART3, priority = 3, local = [receiver, bytes])]
-    fn receive(cx: receive::Context) {
-        if let (Some(byte), _) = cx.local.receiver.take() {
-            // What does not fit was sent against the protocol; the check sum tells.
-            let _ = cx.local.bytes.enqueue(byte);
-        }
+    fn take_byte(cx: take_byte::Context) {
+        receive::receive(cx.local.receiver, cx.local.bytes);
     }
 
     #[idle(shared = [machine], local = [server, diary: Diary = Diary::NEW])]

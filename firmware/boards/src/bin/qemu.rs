@@ -38,7 +38,7 @@ mod app {
     use super::board::serve::{AXES, Diary, Place, RECEIVED, Reach, Server};
     use super::board::stopwatch::{self, Stopwatch, Timed};
     use super::board::uart::{self, Receiver};
-    use super::board::{build_id, retained, stack, timer};
+    use super::board::{build_id, receive, retained, stack, timer};
 
     #[shared]
     struct Shared {
@@ -190,13 +190,8 @@ mod app {
     }
 
     #[task(binds = USART3, priority = 3, local = [receiver, bytes])]
-    fn receive(cx: receive::Context) {
-        stopwatch::away(|| {
-            if let (Some(byte), _) = cx.local.receiver.take() {
-                // What does not fit was sent against the protocol; the check sum tells.
-                let _ = cx.local.bytes.enqueue(byte);
-            }
-        });
+    fn take_byte(cx: take_byte::Context) {
+        stopwatch::away(|| receive::receive(cx.local.receiver, cx.local.bytes));
     }
 
     /// The bench.
