@@ -192,7 +192,7 @@ fn a_following_error_in_every_state_with_the_drives_on() {
 }
 
 #[test]
-fn a_fault_that_is_cleared_before_the_next_tick_is_in_the_record() {
+fn a_fault_between_two_ticks_is_in_the_record_at_once() {
     let emergency: fn(&mut Executor<AXES>) = Executor::emergency_stop;
     let cases = ENERGISED.map(|state| (state, emergency));
     let quick: fn(&mut Executor<AXES>) = Executor::quick_stop;
@@ -201,6 +201,13 @@ fn a_fault_that_is_cleared_before_the_next_tick_is_in_the_record() {
         let (mut executor, mut drives) = brought_to(state);
         stop(&mut executor);
         let fault = executor.fault().unwrap();
+        let closed = executor.fault_record().unwrap();
+        assert_eq!(closed.fault(), Some(fault), "{state:?}");
+        let samples: Vec<_> = closed.samples().collect();
+        let last = samples.last().unwrap();
+        assert_eq!(last.state, Some(State::Fault), "{state:?}");
+        assert_eq!(u64::from(last.tick), executor.ticks(), "{state:?}");
+
         executor.clear().unwrap();
         let (exchanges, safes) = (drives.exchanges, drives.safes);
         executor.tick(&mut drives, &FINE);
@@ -209,5 +216,6 @@ fn a_fault_that_is_cleared_before_the_next_tick_is_in_the_record() {
         let record = executor.fault_record().unwrap();
         assert_eq!(record.fault(), Some(fault), "{state:?}");
         assert!(!record.is_recording());
+        assert!(record.samples().eq(samples), "{state:?}: as it was closed");
     }
 }

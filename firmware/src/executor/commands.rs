@@ -130,6 +130,7 @@ impl<const AXES: usize> Executor<AXES> {
     /// go on. Where nothing moves the torque goes with the next tick.
     pub fn quick_stop(&mut self) {
         self.stop(FaultCause::QuickStop);
+        self.record_failure();
     }
 
     /// A quick stop for a reason.
@@ -147,6 +148,7 @@ impl<const AXES: usize> Executor<AXES> {
     /// Takes the torque away at the next tick and latches the fault, in any state.
     pub fn emergency_stop(&mut self) {
         self.fail(FaultCause::EmergencyStop);
+        self.record_failure();
     }
 
     /// Leaves `Fault`, and lets the next tick reset the faults that the drives have latched: also
@@ -159,8 +161,6 @@ impl<const AXES: usize> Executor<AXES> {
         }
         self.reset_drives = true;
         if self.state == State::Fault {
-            // The next tick would, but a fault between two ticks may not have been seen by one yet.
-            self.close_record();
             self.fault.empty_out();
             self.dry_run = false;
             self.state = self.rest();

@@ -46,32 +46,45 @@ impl<const AXES: usize> Executor<AXES> {
     /// record.
     #[inline]
     pub(super) fn record(&mut self) {
-        let failed = self.state == State::Fault;
         if !self.recording {
             return;
         }
+        let failed = self.state == State::Fault;
         if self.record_in_ticks > 0 && !failed {
             self.record_in_ticks -= 1;
             return;
         }
         self.record_in_ticks = self.record_every_ticks.saturating_sub(1);
-        let sample = self.record_sample();
-        if let Some(record) = self.record.as_deref_mut() {
-            record.push(&sample);
-        }
+        self.add_sample();
         if failed {
             self.close_record();
         }
     }
 
-    /// Closes the record, if it is open, with the fault.
+    /// After a command: ends the record at once if that was a fault, since whoever asks for it, or
+    /// clears it, may do so before the next tick.
     #[inline(never)]
-    pub(super) fn close_record(&mut self) {
-        if let (true, Some(record), Some(&fault)) =
-            (self.recording, self.record.as_deref_mut(), self.fault.get())
-        {
+    pub(super) fn record_failure(&mut self) {
+        if self.recording && self.state == State::Fault {
+            self.add_sample();
+            self.close_record();
+        }
+    }
+
+    /// Closes the record, which is open, with the fault.
+    #[inline(never)]
+    fn close_record(&mut self) {
+        if let (Some(record), Some(&fault)) = (self.record.as_deref_mut(), self.fault.get()) {
             record.close(fault);
-            self.recording = false;
+        }
+        self.recording = false;
+    }
+
+    #[inline(never)] // Once in the image.
+    fn add_sample(&mut self) {
+        let sample = self.record_sample();
+        if let Some(record) = self.record.as_deref_mut() {
+            record.push(&sample);
         }
     }
 

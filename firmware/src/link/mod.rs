@@ -133,8 +133,14 @@ impl Link {
     /// Takes a byte from the host.
     pub fn receive(&mut self, byte: u8) {
         if self.inbox.push_back(byte).is_err() {
-            count(&mut self.counters.overrun_bytes);
+            self.count_lost(1);
         }
+    }
+
+    /// So many bytes from the host were lost on the way to [`Link::receive`].
+    pub fn count_lost(&mut self, bytes: u32) {
+        let counter = &mut self.counters.overrun_bytes;
+        *counter = counter.saturating_add(bytes);
     }
 
     /// Number of bytes that can be received before the next [`Link::poll`].

@@ -296,6 +296,13 @@ fn a_window_of_the_longest_frames_is_not_lost() {
     rig.receive(&[0]);
     rig.done(&Request::KeepAlive);
     assert_eq!(rig.link.counters().damaged, 1);
+
+    // So is what the board lost on the way to the link, as far as it can be counted.
+    let before = rig.link.counters().overrun_bytes;
+    rig.link.count_lost(3);
+    assert_eq!(rig.link.counters().overrun_bytes, before + 3);
+    rig.link.count_lost(u32::MAX);
+    assert_eq!(rig.link.counters().overrun_bytes, u32::MAX);
 }
 
 /// A host that does not read: requests wait, nothing is lost, no response is left out.

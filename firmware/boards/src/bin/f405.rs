@@ -56,6 +56,7 @@ mod app {
     use stillpoint_firmware::TickInputs;
     use stillpoint_firmware::cia402::ConfiguredDrives;
     use stillpoint_firmware::link::{Access, BoardInfo, Link, Machine};
+    use stillpoint_firmware::loop_time;
     use stillpoint_firmware::safety_io::SafetyIo;
     use stillpoint_firmware::stand_in::StandIn;
     use stillpoint_firmware::store::Store;
@@ -67,7 +68,7 @@ mod app {
     use super::board::serve::{AXES, Diary, Place, RECEIVED, Reach, Server};
     use super::board::uart::{self, Receiver};
     use super::board::watchdog::{self, Feeder, Patience};
-    use super::board::{build_id, can, clock, pins, retained, timer};
+    use super::board::{build_id, can, clock, pins, receive, retained, timer};
     use super::{BAUD, CRYSTAL_MHZ};
 
     /// The drives on both buses.
@@ -188,7 +189,7 @@ mod app {
         let inputs = TickInputs {
             emergency_stop: !safety.update(*wanted),
             busy_ticks: *busy_ticks,
-            missed_ticks: timer::missed_ticks(now.wrapping_sub(*before)),
+            missed_ticks: loop_time::missed_ticks(now.wrapping_sub(*before)),
         };
         *before = now;
         let mut machine = cx.shared.machine;
@@ -200,15 +201,12 @@ mod app {
             None => stand_in.tick(drives, &inputs),
         });
         watchdog.feed();
-        *busy_ticks = timer::time_ticks(timer::since_due_counts());
+        *busy_ticks = loop_time::time_ticks(timer::since_due_counts());
     }
 
     #[task(binds = USART3, priority = 3, local = [receiver, bytes])]
-    fn receive(cx: receive::Context) {
-        if let (Some(byte), _) = cx.local.receiver.take() {
-            // What does not fit was sent against the protocol; the check sum tells.
-            let _ = cx.local.bytes.enqueue(byte);
-        }
+    fn take_byte(cx: take_byte::Context) {
+        receive::receive(cx.local.receiver, cx.local.bytes);
     }
 
     #[idle(shared = [machine], local = [server, diary: Diary = Diary::NEW])]

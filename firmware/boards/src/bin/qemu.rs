@@ -28,6 +28,7 @@ mod app {
     use nalgebra::SVector;
     use stillpoint_firmware::bench::{Action, BenchDrives, Record, TickRecord, rows};
     use stillpoint_firmware::link::{BoardInfo, Link, Machine};
+    use stillpoint_firmware::loop_time;
     use stillpoint_firmware::stand_in::StandIn;
     use stillpoint_firmware::store::Store;
     use stillpoint_firmware::{State, TickInputs};
@@ -38,7 +39,7 @@ mod app {
     use super::board::serve::{AXES, Diary, Place, RECEIVED, Reach, Server};
     use super::board::stopwatch::{self, Stopwatch, Timed};
     use super::board::uart::{self, Receiver};
-    use super::board::{build_id, retained, stack, timer};
+    use super::board::{build_id, receive, retained, stack, timer};
 
     #[shared]
     struct Shared {
@@ -70,7 +71,8 @@ mod app {
             w.usart3en().set_bit();
             w.uart4en().set_bit()
         });
-        let (transmitter, receiver) = uart::start(cx.device.USART3, timer::CORE_HZ / 4, 921_600);
+        let (transmitter, receiver) =
+            uart::start(cx.device.USART3, loop_time::CORE_HZ / 4, 921_600);
         let (mut bench, bench_receiver) = bench_port::start(cx.device.UART4);
         let (bytes, received) = cx.local.byte_queue.split();
         let (act, actions) = cx.local.action_queue.split();
@@ -166,9 +168,9 @@ mod app {
         if overrun {
             // More than the monitor allows, and less than a period, beyond which the stopwatch is
             // wrong if the tick began late.
-            cortex_m::asm::delay(timer::PERIOD_COUNTS * 2 / 3);
+            cortex_m::asm::delay(loop_time::PERIOD_COUNTS * 2 / 3);
         }
-        *busy_ticks = timer::time_ticks(stopwatch.counts());
+        *busy_ticks = loop_time::time_ticks(stopwatch.counts());
 
         let sent = drives.group.take_sent();
         let Some((tick, state, path_ticks)) = done else {
@@ -190,13 +192,8 @@ mod app {
     }
 
     #[task(binds = USART3, priority = 3, local = [receiver, bytes])]
-    fn receive(cx: receive::Context) {
-        stopwatch::away(|| {
-            if let (Some(byte), _) = cx.local.receiver.take() {
-                // What does not fit was sent against the protocol; the check sum tells.
-                let _ = cx.local.bytes.enqueue(byte);
-            }
-        });
+    fn take_byte(cx: take_byte::Context) {
+        stopwatch::away(|| receive::receive(cx.local.receiver, cx.local.bytes));
     }
 
     /// The bench.

@@ -12,25 +12,13 @@ use core::ops::Deref;
 
 use embedded_can::nb::Can;
 use embedded_can::{ErrorKind, Id, StandardId};
+use stillpoint_firmware::can_filters::{self, ID_SHIFT};
+use stillpoint_firmware::can_timing::{self, QUANTA_AFTER_SAMPLE, QUANTA_BEFORE_SAMPLE};
 use stillpoint_firmware::cia402::Controller;
 use stm32f4::stm32f405::can1::RegisterBlock;
 use stm32f4::stm32f405::{CAN1, CAN2, RCC};
 
 use super::clock::APB1_HZ;
-
-/// A bit is 1 + 11 + 2 quanta, sampled at 86 %.
-const BEFORE_SAMPLE: u32 = 11;
-const AFTER_SAMPLE: u32 = 2;
-/// Quanta per ms, undivided, over quanta per bit: the divider times the rate in kbit/s.
-const UNDIVIDED_KBIT_PER_S: u32 = APB1_HZ / 1_000 / (1 + BEFORE_SAMPLE + AFTER_SAMPLE);
-
-/// Where the identifier stands in the registers, and the marks of other kinds of frames.
-const ID_SHIFT: u32 = 21;
-const EXTENDED: u32 = 1 << 2;
-const REMOTE: u32 = 1 << 1;
-
-/// First filter of CAN2 of the 28 that both share.
-const CAN2_FILTERS: u8 = 14;
 
 /// A data frame with an 11-bit identifier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,11 +45,7 @@ pub fn start(
     can2: CAN2,
     rate_kbit_per_s: u16,
 ) -> Option<(Bus<CAN1>, Bus<CAN2>)> {
-    let rate = u32::from(rate_kbit_per_s);
-    let divider = UNDIVIDED_KBIT_PER_S.checked_div(rate)?;
-    if divider * rate != UNDIVIDED_KBIT_PER_S || divider > 1024 {
-        return None;
-    }
+    let divider = can_timing::divider(APB1_HZ, rate_kbit_per_s)?;
     rcc.apb1enr().modify(|_, w| {
         w.can1en().set_bit();
         w.can2en().set_bit()
@@ -89,8 +73,8 @@ fn configure(controller: &RegisterBlock, divider: u32) {
     // SAFETY: values of their fields' range, less one each as the register wants them.
     controller.btr().write(|w| unsafe {
         w.brp().bits((divider - 1) as u16);
-        w.ts1().bits(BEFORE_SAMPLE as u8 - 1);
-        w.ts2().bits(AFTER_SAMPLE as u8 - 1);
+        w.ts1().bits(QUANTA_BEFORE_SAMPLE as u8 - 1);
+        w.ts2().bits(QUANTA_AFTER_SAMPLE as u8 - 1);
         w.sjw().bits(0)
     });
 }
@@ -99,29 +83,24 @@ fn configure(controller: &RegisterBlock, divider: u32) {
 fn filter(can1: &CAN1) {
     can1.fmr().write(|w| {
         // SAFETY: a number of filters, at most 28.
-        unsafe { w.can2sb().bits(CAN2_FILTERS) };
+        unsafe { w.can2sb().bits(can_filters::CAN2_FIRST) };
         w.finit().set_bit()
     });
-    let odd = 1 << ID_SHIFT;
-    let second = 1 << CAN2_FILTERS;
-    let used = 0b11 * (1 + second);
-    let to_fifo_1 = 0b10 * (1 + second);
     for (number, bank) in (0..).zip(can1.fb_iter()) {
-        let wanted = if number & 1 == 0 { 0 } else { odd };
-        if used >> number & 1 == 1 {
+        if can_filters::USED >> number & 1 == 1 {
             // SAFETY: any bits are an identifier and a mask.
             unsafe {
-                bank.fr1().write(|w| w.bits(wanted));
-                bank.fr2().write(|w| w.bits(odd | EXTENDED | REMOTE));
+                bank.fr1().write(|w| w.bits(can_filters::wanted(number)));
+                bank.fr2().write(|w| w.bits(can_filters::MASK));
             }
         }
     }
     // SAFETY: one bit for every filter; those above 27 are zero.
     unsafe {
         can1.fm1r().write(|w| w.bits(0));
-        can1.fs1r().write(|w| w.bits(used));
-        can1.ffa1r().write(|w| w.bits(to_fifo_1));
-        can1.fa1r().write(|w| w.bits(used));
+        can1.fs1r().write(|w| w.bits(can_filters::USED));
+        can1.ffa1r().write(|w| w.bits(can_filters::TO_FIFO_1));
+        can1.fa1r().write(|w| w.bits(can_filters::USED));
     }
     can1.fmr().modify(|_, w| w.finit().clear_bit());
 }

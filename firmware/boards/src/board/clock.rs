@@ -1,28 +1,11 @@
 //! 168 MHz from the crystal: RM0090, sections 3.5 (wait states), 5.1.3 (voltage) and 7.2 (clocks).
 
+use stillpoint_firmware::loop_time::CORE_HZ;
+use stillpoint_firmware::pll::Pll;
 use stm32f4::stm32f405::{FLASH, PWR, RCC};
-
-use super::timer::CORE_HZ;
 
 /// Clock of USART2–5 and of the CAN controllers.
 pub const APB1_HZ: u32 = CORE_HZ / 4;
-
-/// The PLL makes 336 MHz of its input and halves that.
-const VCO_MHZ: u32 = 2 * CORE_HZ / 1_000_000;
-
-/// Divider of the crystal and multiplier of the PLL. The input of the PLL is 2 MHz where possible,
-/// which jitters least, or 1 MHz.
-const fn pll(crystal_mhz: u32) -> (u8, u16) {
-    assert!(
-        crystal_mhz >= 4 && crystal_mhz <= 26,
-        "an STM32F405 takes a crystal of 4 to 26 MHz"
-    );
-    let input_mhz = if crystal_mhz.is_multiple_of(2) { 2 } else { 1 };
-    (
-        (crystal_mhz / input_mhz) as u8,
-        (VCO_MHZ / input_mhz) as u16,
-    )
-}
 
 /// What has not become ready in time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
@@ -39,7 +22,12 @@ pub fn start<const CRYSTAL_MHZ: u32>(
     pwr: &PWR,
     flash: &FLASH,
 ) -> Result<(), ClockError> {
-    let (divider, multiplier) = const { pll(CRYSTAL_MHZ) };
+    let pll = const {
+        match Pll::of(CRYSTAL_MHZ) {
+            Some(pll) => pll,
+            None => panic!("an STM32F405 takes a crystal of 4 to 26 MHz"),
+        }
+    };
 
     rcc.apb1enr().modify(|_, w| w.pwren().set_bit());
     pwr.cr().modify(|_, w| w.vos().set_bit());
@@ -47,13 +35,13 @@ pub fn start<const CRYSTAL_MHZ: u32>(
     rcc.cr().modify(|_, w| w.hseon().set_bit());
     wait(|| rcc.cr().read().hserdy().bit(), ClockError::Crystal)?;
 
-    // SAFETY: the values are in the range of their fields by `pll`; 336 MHz / 7 = 48 MHz.
+    // SAFETY: the values are in the range of their fields.
     rcc.pllcfgr().write(|w| unsafe {
         w.pllsrc().hse();
-        w.pllm().bits(divider);
-        w.plln().bits(multiplier);
-        w.pllp().div2();
-        w.pllq().bits(7)
+        w.pllm().bits(pll.divider);
+        w.plln().bits(pll.multiplier);
+        w.pllp().bits(pll.core_divider / 2 - 1);
+        w.pllq().bits(pll.usb_divider)
     });
     rcc.cr().modify(|_, w| w.pllon().set_bit());
     wait(|| rcc.cr().read().pllrdy().bit(), ClockError::Pll)?;

@@ -5,6 +5,7 @@ pub mod build_id;
 mod log;
 mod memory;
 mod panic;
+pub mod receive;
 pub mod retained;
 pub mod serve;
 pub mod timer;

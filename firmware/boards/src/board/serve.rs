@@ -7,6 +7,7 @@ use stillpoint_firmware::store::Store;
 use stillpoint_firmware::store::flash::Flash;
 use stillpoint_firmware::{State, bench};
 
+use super::receive;
 use super::uart::Transmitter;
 
 /// Axes of the boards.
@@ -66,6 +67,7 @@ pub struct Server<F: 'static> {
 impl<F: Flash> Server<F> {
     /// Receives, answers and sends as much as can be done now. Returns whether there is more.
     pub fn serve(&mut self, machine: &mut impl Access<AXES>) -> bool {
+        self.link.count_lost(receive::take_lost());
         while self.link.free() > 0
             && let Some(byte) = self.received.dequeue()
         {

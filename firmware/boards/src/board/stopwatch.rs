@@ -3,9 +3,10 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::SCB;
+use stillpoint_firmware::loop_time::PERIOD_COUNTS;
 use stillpoint_firmware::{DriveGroup, Feedback, Setpoint};
 
-use super::timer::{PERIOD_COUNTS, elapsed_counts};
+use super::timer::elapsed_counts;
 
 /// Measures a tick from its beginning, and not from when it was due: in the emulator, whose time is
 /// the host's while it waits, it may begin late.

@@ -2,16 +2,7 @@
 
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
-use stillpoint_shared::time::{DRIVE_PERIOD_TICKS, TIME_TICKS_PER_SECOND};
-
-/// Ticks per second.
-const TICK_HZ: u32 = TIME_TICKS_PER_SECOND / DRIVE_PERIOD_TICKS;
-
-/// Core clock, which is SysTick's.
-pub const CORE_HZ: u32 = 168_000_000;
-
-/// Counts of the core clock in a period.
-pub const PERIOD_COUNTS: u32 = CORE_HZ / TICK_HZ;
+use stillpoint_firmware::loop_time::PERIOD_COUNTS;
 
 /// Starts the timer.
 pub fn start(mut timer: SYST) {
@@ -37,17 +28,4 @@ pub fn since_due_counts() -> u32 {
         0
     };
     u32::from(elapsed_counts()) + later
-}
-
-/// Ticks left out, by the cycles from one tick to the next.
-#[cfg(feature = "f405")]
-pub fn missed_ticks(cycles: u32) -> u16 {
-    let periods = (cycles.saturating_add(PERIOD_COUNTS / 2)) / PERIOD_COUNTS;
-    periods.saturating_sub(1) as u16
-}
-
-/// Time ticks of 0.1 µs in counts of the core clock, for some periods at most.
-pub fn time_ticks(counts: u32) -> u32 {
-    const MHZ: u32 = 1_000_000;
-    counts * (TIME_TICKS_PER_SECOND / MHZ) / (CORE_HZ / MHZ)
 }
