@@ -60,8 +60,8 @@ fn any_change_of_the_head_makes_the_record_empty() {
     }
     let spoils: [fn(&mut FaultRecord<2>); 3] = [
         |record| record.magic ^= 1,
-        |record| record.check[0] ^= 1,
-        |record| record.check[1] ^= 1 << 31,
+        |record| record.check ^= 1,
+        |record| record.check ^= 1 << 31,
     ];
     for spoil in spoils {
         let mut record = filled();

@@ -17,6 +17,13 @@ const TYPICAL: u32 = 1_500;
 const SAMPLED: u32 = 1_800;
 const WORST: u32 = 2_500;
 
+/// Instructions of half of the ticks that carry telemetry, which is more than those of half of all ticks may be. Some of
+/// it is the fault record's, where both take their samples in the same ticks: that depends on when telemetry was asked for.
+const WITH_TELEMETRY: u32 = 1_750;
+
+/// Ticks from one sample of telemetry to the next.
+const EVERY_TICKS: u32 = 4;
+
 /// Counts of the core clock in 0.1 ms: the clock has 168 MHz, as on the controller.
 const COUNTS_PER_S: f64 = 168e6;
 
@@ -28,7 +35,7 @@ fn instructions(counts: u16) -> u32 {
 fn observed(percent: u8) -> Bench {
     let mut bench = Bench::loaded();
     let telemetry = TelemetryConfig {
-        every_ticks: 4,
+        every_ticks: EVERY_TICKS as u16,
         channels: Channels::ALL,
     };
     let request = Request::SetTelemetry(telemetry);
@@ -38,6 +45,21 @@ fn observed(percent: u8) -> Bench {
     bench.session.order(&Request::Arm).unwrap();
     bench.start(&start_request());
     bench
+}
+
+/// Ticks that take samples of telemetry: those of the one residue, of the four, that take most.
+fn with_telemetry(ticks: &[TickRecord]) -> Vec<TickRecord> {
+    let of = |residue| {
+        let ticks = ticks
+            .iter()
+            .filter(move |tick| tick.tick % EVERY_TICKS == residue);
+        ticks.copied().collect::<Vec<_>>()
+    };
+    let most = (0..EVERY_TICKS).max_by_key(|&residue| {
+        let [_, whole] = counted(&of(residue));
+        whole.get(whole.len() / 2).copied()
+    });
+    of(most.unwrap_or_default())
 }
 
 /// Instructions of every tick of the move, fewest first: to the set-points, and of the whole tick.
@@ -70,6 +92,13 @@ fn a_tick_keeps_to_its_budget() {
     println!("at full speed: {} at most", whole[whole.len() - 1]);
     assert!(whole.len() > 150 && whole[half] <= TYPICAL, "{whole:?}");
     assert!(whole[whole.len() - 1] <= SAMPLED, "{whole:?}");
+    let [_, carrying] = counted(&with_telemetry(&bench.seen));
+    let typical = carrying[carrying.len() / 2];
+    println!("with telemetry: typical {typical}");
+    assert!(
+        carrying.len() > 40 && typical <= WITH_TELEMETRY,
+        "{carrying:?}"
+    );
 
     // Slow enough to interfere with it in time.
     let mut bench = observed(20);
@@ -90,6 +119,19 @@ fn a_tick_keeps_to_its_budget() {
     let (last_to_setpoint, last) = (to_setpoint.last(), whole.last());
     println!("worst: {last_to_setpoint:?} to the set-points, {last:?} in all");
     assert!(last.is_some_and(|&worst| worst <= WORST), "{whole:?}");
+}
+
+#[test]
+fn a_tick_that_ends_in_a_fault_keeps_to_the_budget() {
+    for percent in [100, 20] {
+        let mut bench = observed(percent);
+        bench.until_share(0.3);
+        bench.act(Action::Fault { axis: 1 });
+        let tick = bench.until_state(State::Fault);
+        let whole = instructions(tick.whole_counts);
+        println!("into a fault at {percent} %: {whole}");
+        assert!(whole <= WORST, "{whole} at {percent} %");
+    }
 }
 
 #[test]
